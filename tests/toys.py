@@ -205,6 +205,9 @@ class SaturatingAmplifier(Circuit):
         top, bottom = 0.5 - 0.5 * n["below_top"], 0.5 - 0.5 * n["above_bottom"]
         return (1.0 - top - bottom) * port.command + (top - bottom) * n["voltage_limit"]
 
+    def saturations(self, port: Port, y: list[Any], n: Any) -> dict[str, Any]:
+        return {"top_voltage": abs(port.command) - n["voltage_limit"]}
+
 
 TOYS: dict[str, dict[str, Any]] = {
     "film": {"film": PowerFilm()},

@@ -211,6 +211,7 @@ if TYPE_CHECKING:
     from gelcone.physics.drive import Pieced as Pieced
     from gelcone.physics.drive import Pieces as Pieces
     from gelcone.physics.drive import Waveform as Waveform
+    from gelcone.physics.film.film import Border as Border
     from gelcone.physics.film.film import Film as Film
     from gelcone.physics.film.taut import TautCone as TautCone
     from gelcone.physics.laws import LAWS as LAWS

@@ -167,6 +167,9 @@ def test_an_amplifier_saturates_at_its_borders():
     simulated = simulate(model, (0.6, 0.0), periods=4)
     assert float(abs(simulated["film_voltage"]).max()) == pytest.approx(0.3, rel=1e-15)
     assert float(abs(simulated["energy_residual"]).max()) < 1e-12
+    shares = np.abs(model.voltage * np.sin(np.linspace(0.0, 8.0 * np.pi, 100_001)) + 0.1) > 0.3
+    assert float(simulated["top_voltage_limited"]) == pytest.approx(shares.mean(), abs=1e-4)
+    assert simulated["top_voltage_limited"].attrs["long_name"] == "share of the time at the top voltage"
     assert model.forcing_period == pytest.approx(2.0 * np.pi / 0.6)
 
 

@@ -216,7 +216,7 @@ def test_a_device_refuses_it_before_anything_is_computed(monkeypatch):
         (Pulls, {"parameters": lambda self: PULL}, "Wrong.parameters: is a method, and must be a value"),
         (Pulls, {"parameters": {"pull": 0.2}}, "Wrong.parameters: is {'pull': 0.2}; give names and their gelcone.Qua"),
         (Pulls, {"name": None}, "Wrong.name: is missing, and must be a text; write name"),
-        (Hums, {"parameters": PULL}, "Wrong.parameters: lacks voltage; write parameters = VOLTAGE | {...}"),
+        (Hums, {"parameters": PULL}, "Wrong.parameters: lacks voltage; write parameters = Waveform.parameters | {...}"),
         (Pulls, {"force": lambda self, x, n: (x, 1.0)}, "Wrong.force: takes (x, n), and must take (x, y, n, xp); wri"),
     ],
 )  # fmt: skip

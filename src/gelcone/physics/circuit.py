@@ -294,7 +294,8 @@ class Circuit(Component):
         return not self.states
 
     def saturations(self, port: Port, y: list[Any], n: Numbers) -> Mapping[str, Any]:
-        """Name of each limit -> demand less limit, positive while the circuit is limited. Default: no limits."""
+        """Name of each limit -> demand less limit, positive while the circuit is limited. Results report the share of
+        the time at it as ``NAME_limited``. Default: no limits."""
         return {}
 
     def describe(self) -> str:

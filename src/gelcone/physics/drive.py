@@ -41,7 +41,7 @@ VOLTAGE = {
     "voltage_bias": Quantity("v0", "constant part of the voltage, in the same scale", 0.0, scale="voltage"),
     "drive_frequency": Quantity("omega", "drive frequency 2 pi f/Omega0", 1.0, positive=True, scale="frequency"),
 }
-"""Parameters of every waveform; one with more adds them: ``parameters = VOLTAGE | {...}``."""
+"""Parameters of every waveform; one with more adds them: ``parameters = Waveform.parameters | {...}``."""
 
 
 PIECE = ("piece_begin", "piece_0", "piece_1", "piece_2", "piece_3", "gate")
@@ -97,16 +97,14 @@ class Waveform(Component):
     """A periodic voltage. A new waveform supplies `shape` and `shape_rate`, and sets ``antiperiodic`` if
     shape(phase + pi) = -shape(phase).
 
-    ``parameters`` must contain those of `VOLTAGE`. A waveform that is not smooth derives from `Pieced`. One that does
-    not ``repeat`` lasts for one repeat, and analyses of periodic drives refuse it.
+    ``parameters`` must contain ``Waveform.parameters``. A waveform that is not smooth derives from `Pieced`. One that
+    does not ``repeat`` lasts for one repeat, and analyses of periodic drives refuse it.
 
     Examples
     --------
     >>> import gelcone
-    >>> from gelcone.physics.drive import VOLTAGE
     >>> class Soft(gelcone.Waveform):
     ...     name = "soft"
-    ...     parameters = VOLTAGE
     ...
     ...     def shape(self, phase, n, xp=None):
     ...         return xp.sin(phase) + 0.1 * xp.sin(3.0 * phase)
@@ -135,7 +133,7 @@ class Waveform(Component):
         """Compare the stated rate of the shape with its derivative, and its symmetry with the shape, too."""
         super().prove(given)
         if lacking := [name for name in VOLTAGE if name not in self.parameters]:
-            raise wrong(self, "parameters", f"lacks {lacking[0]}", "write parameters = VOLTAGE | {...}")
+            raise wrong(self, "parameters", f"lacks {lacking[0]}", "write parameters = Waveform.parameters | {...}")
         n, many = numbers_of(self, given)
         check_formulas(self, self._trials(many))
         same_formula(self, *self._rates(n))

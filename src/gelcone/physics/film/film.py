@@ -69,15 +69,29 @@ class TracedState(NamedTuple):
 
 @dataclass(frozen=True)
 class Border:
-    """A border at which a film's law changes, or at which the film ends.
+    """A border at which the law of a film or circuit changes, or at which the film ends.
 
-    ``value(x, squared, y, n, xp)`` is positive on the current side of the border and falls through zero at a crossing.
-    ``switch`` names the number, 1 or -1, that is a factor of the value and changes its sign there; None: the film ends.
-    ``jumps``: the force jumps. ``seldom``: motions rarely come near, and the value costs more than the force.
-    ``divides``: the force and other borders have another formula with each sign of the switch. ``gentle``: the
-    force is continuous and leads no motion back, so that a switch that flips without end does so by rounding, which
-    does not end the film. ``folds``: the minimum of the energy ends there at a constant voltage; behind a resistance
-    the slope of the charge replaces this border.
+    Parameters
+    ----------
+    value : function (x, squared, y, n, xp), of a circuit (port, y, n, xp), that is positive on the current side of the
+        border and falls through zero at a crossing.
+    switch : name of the number, 1 or -1, that is a factor of the value and changes its sign there. Default: none, the
+        film ends there.
+    seldom : motions rarely come near, and the value costs more than the force.
+    jumps : the force jumps there.
+    divides : the force and other borders have another formula with each sign of the switch.
+    gentle : the force is continuous and leads no motion back, so that a switch that flips without end does so by
+        rounding, which does not end the film.
+    folds : the minimum of the energy ends there at a constant voltage; behind a resistance the slope of the charge
+        replaces this border.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> limit = gelcone.Border(lambda port, y, n, xp: n["below"] * (0.5 - port.command), "below")
+    >>> from types import SimpleNamespace
+    >>> limit.value(SimpleNamespace(command=0.3), [], {"below": 1.0}, None)
+    0.2
     """
 
     value: Callable[..., Any]
