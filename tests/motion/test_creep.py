@@ -205,7 +205,8 @@ def test_voltages_between_the_thresholds_are_those_of_the_source(monkeypatch):
 def test_a_voltage_above_that_at_once_pulls_in_at_once():
     model = ConeModel(film=WrinklingCone(branches=1), prestretch=1.0, viscous_modulus_1=0.5, damping_ratio=0.1, **FLAT)
     held = _Held(model, _Ramp(films_at_once(model)), _Ramp(model), tolerance=1e-10, threads=None)
-    _, ends = held.run(np.array([0.3, 0.95]), np.array([0.0, 0.5]), None)
+    levels = np.array([0.3, 0.95])
+    _, ends = held.run(levels, held.starts(levels), np.array([0.0, 0.5]), None)
     assert ends.tolist() == [np.inf, 0.0]
 
 
@@ -265,7 +266,8 @@ class Films:
             for name, by in (("relaxed", 50.0), ("at_once", 60.0))
         )
 
-    def run(self, levels, times, progress):
+    def run(self, levels, states, times, progress):
+        np.testing.assert_array_equal(states, self.starts(levels))
         self.asked["run"] = levels, times
         if progress is not None:
             progress(1.0)
@@ -370,10 +372,9 @@ def test_a_run_ends_where_the_film_pulls_in_or_meets_its_limit_and_is_unknown_wh
     states[4, 0] = np.nan
     ramp = SimpleNamespace(lost=SimpleNamespace(before=0.1, after=np.inf, kind=0, voltage=1.0))
     held = _Held(ConeModel(**RELAXING), ramp, ramp, 2e-9, 5)
-    monkeypatch.setattr(_Held, "starts", lambda own, levels: states)
     asked = record(monkeypatch, creep_module, integrate=run)
     times = np.array([0.0, 1.0])
-    found, ends = held.run(np.arange(5.0), times, None)
+    found, ends = held.run(np.arange(5.0), states, times, None)
     assert found is run
     (call,) = asked["integrate"]
     assert (call["tolerance"], call["threads"], call["times"] is times) == (2e-9, 5, True)
@@ -442,11 +443,13 @@ def test_the_time_to_pull_in_is_sought_between_both_thresholds_at_the_source(mon
     held = _Held(ConeModel(**RELAXING), at_once, relaxed, 2e-9, 5)
     levels = []
 
-    def runs(own, at, times, progress):
+    def runs(own, at, states, times, progress):
+        assert states == "starts"
         levels.append(at)
         return None, np.where(at < 1.85, np.inf, 3.0)
 
     monkeypatch.setattr(_Held, "run", runs)
+    monkeypatch.setattr(_Held, "starts", lambda own, levels: "starts")
     voltages, ends, highest = held.curve(30.0, None)
     shares = (np.arange(1, creep_module.CURVE + 1) / (creep_module.CURVE + 1)) ** 1.5
     np.testing.assert_allclose(levels[0], 1.5 + shares)

@@ -270,6 +270,18 @@ def test_a_ramp_is_followed_once(monkeypatch):
     assert len(followed) == count > 0
 
 
+def test_a_ramp_goes_along_the_one_that_has_been_followed_further(monkeypatch):
+    model = PAIR.replace(second_drive="opposite", voltage_bias=0.3, hoop_prestretch=1.2, rest_height=0.4)
+    (balance,), (other,) = balances_of(model.members()), balances_of(model.members())
+    rest, squared = rest_of(balance, None), np.linspace(0.4, 0.9, 5) ** 2
+    alone = other.along_ramp(rest, squared)
+    balance.losses(rest)
+    monkeypatch.setattr(PairBalance, "curve", lambda *given: pytest.fail("another curve is followed"))
+    found = balance.along_ramp(rest, squared)
+    np.testing.assert_allclose(found[0], alone[0], rtol=1e-13)
+    np.testing.assert_array_equal(found[1], alone[1])
+
+
 def test_all_levels_of_a_ramp_are_solved_at_once(monkeypatch):
     """Each level converges for itself: at 200 levels the places are those at single levels, with as many calls."""
     model = PAIR.replace(second_drive="opposite", voltage_bias=0.3, hoop_prestretch=1.2, rest_height=0.4)
@@ -278,8 +290,8 @@ def test_all_levels_of_a_ramp_are_solved_at_once(monkeypatch):
     place, _ = balance.along_ramp(rest := rest_of(balance, None), levels**2)
     alone = [balance.along_ramp(rest, levels[k : k + 1] ** 2)[0][0] for k in (0, 40, 120, 199)]
     np.testing.assert_allclose(place[[0, 40, 120, 199]], alone, rtol=1e-13)
-    calls, whole = list[int](), PairBalance._slopes_at
-    monkeypatch.setattr(PairBalance, "_slopes_at", lambda own, *at: calls.append(1) or whole(own, *at))
+    calls, whole = list[int](), PairBalance.force_and_slope
+    monkeypatch.setattr(PairBalance, "force_and_slope", lambda own, *at: calls.append(1) or whole(own, *at))
     balance.along_ramp(rest, levels**2)
     assert 0 < len(calls) < 20
 

@@ -128,14 +128,14 @@ def creep(
     films = _Held.of(model, tolerance, threads)
     times = _times(lasts)
     sampled = np.union1d(times_of_run(films.members(levels), lasts), times)
-    whole, ends = films.run(levels, sampled, weighted(progress, 0.4))
+    starts = films.starts(levels)
+    whole, ends = films.run(levels, starts, sampled, weighted(progress, 0.4))
     shown = np.searchsorted(sampled, times)
     run = replace(whole, times=whole.times[:, shown], states=whole.states[:, shown])
     along = ("constant_voltage",)
     x = np.where(times <= ends[:, None], run.states[..., 0], np.nan)
     members, outcome = films.members(levels), np.where(np.isfinite(ends), Outcome.PULLED_IN, run.outcome)
     *currents, heat = (np.where(np.isnan(x), np.nan, own) for own in _electric(members, run))
-    starts = films.starts(levels)
     held_voltage, to_pull_in, highest = films.curve(lasts, weighted(progress, 0.3))
     found: dict[str, dataset.Variable] = {
         "initial_displacement": (along, starts[:, 0], "displacement at once", _AT_ONCE),
@@ -268,7 +268,7 @@ def holding(
     levels = end * (1.0 - np.linspace(1.0, 0.0, count) ** 2)  # closer to the end
 
     def at(levels: Array, progress: Progress = None) -> HeldRuns:
-        return HeldRuns(films.members(levels), films.run(levels, _times(lasts), progress)[0])
+        return HeldRuns(films.members(levels), films.run(levels, films.starts(levels), _times(lasts), progress)[0])
 
     variables = _both(films.relaxed, films.at_once, "") | {"holding_voltage": ((), highest, *_HIGHEST)}
     return Holding(highest, levels, at(levels, weighted(progress, 0.5)), at, variables)
@@ -310,20 +310,20 @@ class _Held:
         """Equilibria (levels, N) of the film at once, behind charged circuits; the displacement is NaN where it pulls
         in at once."""
         members, places = self.members(levels), self.at_once.place(levels)
-        return np.array([self._start(members, k, place) for k, place in enumerate(places)])
+        begun = members.start_states((self.relaxed.rest, 0.0))
+        return np.array([self._start(members, k, [place, *begun[k, 1:]]) for k, place in enumerate(places)])
 
-    def _start(self, members: Members, k: int, place: Any) -> list[float]:
-        """The start of one level. Levels are computed one by one, since films at different levels have different
-        laws."""
+    def _start(self, members: Members, k: int, z: list[Any]) -> list[float]:
+        """The start of one level, ``z`` with circuits at rest. Levels are computed one by one, since films at different
+        levels have different laws."""
         system, n = members.system, members.numbers_at(k)
         command = np.float64(system.waveform.voltage(0.0, n))
-        z = [place, *members.start_states((self.relaxed.rest, 0.0))[k, 1:]]
-        return [float(value) for value in (z if np.isnan(place) else circuits_under(system, command, z, n))]
+        return [float(value) for value in (z if np.isnan(z[0]) else circuits_under(system, command, z, n))]
 
-    def run(self, levels: Array, times: Array, progress: Progress) -> tuple[Trajectories, Array]:
-        """The runs, and the time at which each film pulls in or its disc jumps: 0 at once, infinite if it does not, NaN
-        if unknown."""
-        members, states = self.members(levels), self.starts(levels)
+    def run(self, levels: Array, states: Array, times: Array, progress: Progress) -> tuple[Trajectories, Array]:
+        """The runs from the ``states`` of `starts`, and the time at which each film pulls in or its disc jumps: 0 at
+        once, infinite if it does not, NaN if unknown."""
+        members = self.members(levels)
         options: dict[str, Any] = {"tolerance": self.tolerance, "threads": self.threads}
         run = integrate(members, states, times, **options, progress=progress)
         lost = np.isin(run.outcome, (Outcome.PULLED_IN, Outcome.STRETCH_LIMIT))
@@ -350,7 +350,7 @@ class _Held:
         shares = (np.arange(1, CURVE + 1) / (CURVE + 1)) ** 1.5
         for part in range(1 + FINER):
             levels = held + (fails - held) * shares
-            _, found = self.run(levels, times, weighted(progress, 1.0 / (1 + FINER)))
+            _, found = self.run(levels, self.starts(levels), times, weighted(progress, 1.0 / (1 + FINER)))
             voltages, ends = np.append(voltages, levels), np.append(ends, found)
             held = max([held, *levels[np.isinf(found)]])
             fails = min([high, *voltages[np.isfinite(ends) & (voltages > held)]])

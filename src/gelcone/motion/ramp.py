@@ -89,6 +89,7 @@ class Ramp(NamedTuple):
 def drive_ramp(balance: StaticBalance, levels: Array) -> Ramp:
     """The ramp of a single model to the ``levels``."""
     squared, rest = levels**2, rest_of(balance, None)
+    pull_in = balance.jump(rest).voltage
     x = balance.along_ramp(rest, squared)[0]
     (pitchfork,) = pitchfork_voltages([balance])
     return Ramp(
@@ -99,7 +100,7 @@ def drive_ramp(balance: StaticBalance, levels: Array) -> Ramp:
         balance.stiffness(x, squared),
         [np.sqrt(own) for own in balance.films(x, squared)],
         float(pitchfork),
-        balance.jump(rest).voltage,
+        pull_in,
     )
 
 

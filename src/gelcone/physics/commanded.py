@@ -226,10 +226,11 @@ class CommandedBalance(_Commanded):
 class CommandedPair(_Commanded, PairBalance):
     """One double cone under a constant command."""
 
-    def _slopes_at(self, x: Any, voltage: Any) -> tuple[Any, Any, Any]:
+    def _slopes(self, x: float, voltage: float) -> tuple[float, float, float]:
+        place = np.float64(x)
         with np.errstate(all="ignore"):
-            force, slope, gain = self._changes(x, self._at(x, voltage * voltage))
-        return force, slope, -gain
+            force, slope, gain = self._changes(place, self._at(place, np.float64(voltage * voltage)))
+        return float(force), float(slope), -float(gain)
 
 
 def under_commands(system: ConeSystem, n: Mapping[str, Any]) -> StaticBalance:

@@ -127,20 +127,16 @@ class PairBalance(StaticBalance):
 
     def _slopes(self, x: float, voltage: float) -> tuple[float, float, float]:
         """F, dF/dx and dF/dv."""
-        force, slope, gain = self._slopes_at(np.float64(x), np.float64(voltage))
-        return float(force), float(slope), float(gain)
-
-    def _slopes_at(self, x: Any, voltage: Any) -> tuple[Any, Any, Any]:
-        """F, dF/dx and dF/dv at numbers or arrays."""
-        system, n = self.system, self.n
-        squares, changes = system.squares_at_rest(voltage * voltage, n), system.square_rates_at_rest(voltage, n)
+        system, n, place, squared = self.system, self.n, np.float64(x), np.float64(voltage * voltage)
+        squares, changes = system.squares_at_rest(squared, n), system.square_rates_at_rest(voltage, n)
         with np.errstate(all="ignore"):
-            force, slope = system.force_under(x, squares, n)
+            force, slope = system.force_under(place, squares, n)
             first, *others = (
-                film.voltage_gain(x, own, n) * change
+                film.voltage_gain(place, own, n) * change
                 for film, own, change in zip(system.films, squares, changes, strict=True)
             )
-            return force, slope, -sum(others, first)
+            gain = sum(others, first)
+        return float(force), float(slope), -float(gain)
 
     def _pulled_in(self, x: Any, squared: float) -> Any:
         """Whether a film has no state at x (a number or an array), at the squared voltage on the first."""
@@ -260,7 +256,7 @@ class PairBalance(StaticBalance):
         for _ in range(30):
             if not going.size:
                 break
-            force, slope, _ = self._slopes_at(x[going], voltage[going])
+            force, slope = self.force_and_slope(x[going], voltage[going] ** 2)
             moves = slope != 0.0
             force, slope, going = force[moves], slope[moves], going[moves]
             with np.errstate(all="ignore"):
@@ -426,7 +422,9 @@ class PairBalance(StaticBalance):
         highest = max(float(levels.max()), self.bias) + 1e-9
         for ahead, way in ((1.0, levels > self.bias), (-1.0, levels < self.bias)):
             if way.any():
-                place[way], losses[way] = self._along(self.legs(rest, highest, ahead), ahead, squared[way])
+                known = highest < HIGHEST_VOLTAGE and (rest, HIGHEST_VOLTAGE, ahead) in self._legs
+                legs = self.legs(rest, HIGHEST_VOLTAGE if known else highest, ahead)
+                place[way], losses[way] = self._along(legs, ahead, squared[way])
         return place, losses
 
     def _along(self, legs: Sequence[Leg], ahead: float, squared: Array) -> tuple[Array, npt.NDArray[np.int64]]:

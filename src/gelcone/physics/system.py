@@ -355,12 +355,12 @@ class ConeSystem(Structure):
 
         return [on(self.line_of(k)) for k in range(len(self.films))]
 
-    def square_rates_at_rest(self, voltage: Any, n: Numbers) -> list[Any]:
+    def square_rates_at_rest(self, voltage: float, n: Numbers) -> list[float]:
         """Derivatives of `squares_at_rest` by the voltage on the first film."""
 
-        def rate(line: Line) -> Any:
+        def rate(line: Line) -> float:
             gain = self._gain_at_rest(line, n)
-            return 2.0 * (gain * self.command_at_rest(line, voltage / gain, n) * self.slope_at_rest(line, n))
+            return 2.0 * float(gain * self.command_at_rest(line, voltage / gain, n) * self.slope_at_rest(line, n))
 
         return [rate(self.line_of(k)) for k in range(len(self.films))]
 
