@@ -17,6 +17,7 @@ from gelcone.motion.flow import integrate
 from gelcone.motion.response import simulate
 from gelcone.physics.film.membrane import KINDS, MembraneFilm
 from gelcone.physics.film.wrinkling import WrinklingCone
+from gelcone.physics.trace import Graph
 from tests.physics.film.membranes import MADE, film_of
 from tests.physics.film.programs import in_program
 
@@ -189,6 +190,18 @@ def test_borders_at_which_a_film_does_not_end_are_gentle():
     assert gentle(MembraneFilm(branches=1)) == ["rim_taut", "any_taut"]
     assert gentle(WrinklingCone()) == ["width_held", "pulls"]
     assert gentle(WrinklingCone(pull_in="minimum")) == []
+
+
+def test_a_program_traces_no_force_for_the_borders_at_which_hoops_fall_slack(monkeypatch):
+    """They are all alike in the laws of a second film, and a force takes longest to trace."""
+    film = film_of(*MADE[0])[0]
+    graph = Graph()
+    n = {name: graph.number(name) for name in film.number_names}
+    n |= {name: graph.switch(name) for name in film.switch_names}
+    monkeypatch.setattr(formulas, "pull", lambda *given, **more: pytest.fail("a force is traced"))
+    for border in film.borders:
+        if border.switch in ("rim_taut", "any_taut"):
+            assert graph.node(border.value(graph.state(0), graph.state(1), [], n, graph)).operation != "constant"
 
 
 def test_a_film_raised_in_voltage_ends_by_localisation_before_the_cone_does():

@@ -156,14 +156,8 @@ class MembraneFilm(BranchedFilm):
 
     def _pull(self, s: Any, squared: Any, n: Numbers) -> formulas.Pull:
         """The pull in a program, chosen by switches."""
-        near, behind = 0.5 + 0.5 * n["near"], (0.5 - 0.5 * n["rim_taut"], 0.5 - 0.5 * n["any_taut"])
-        if known(near) == 1.0:
-            return formulas.pull("near", s, squared, n, behind)
-        far = formulas.pull("far", s, squared, n, behind)
-        if known(near) == 0.0:
-            return far
-        own = formulas.pull("near", s, squared, n, behind)
-        return formulas.Pull(*(near * one + (1.0 - near) * other for one, other in zip(own, far, strict=True)))
+        behind = 0.5 - 0.5 * n["rim_taut"], 0.5 - 0.5 * n["any_taut"]
+        return formulas.Pull(*_of_switch(n, partial(formulas.pull, s=s, V=squared, n=n, behind=behind)))
 
     def _at(self, s: Any, squared: Any, n: Numbers, formula: Callable[..., Any] = formulas.pull) -> tuple[Any, Any]:
         """Values of a ``formula`` of the film in tension, of arrays, and a mask of where it is slack."""
@@ -212,7 +206,8 @@ class MembraneFilm(BranchedFilm):
         pulls = 0.5 + 0.5 * n["pulls"]
         if known(pulls) == 0.0:
             return 1.0 + 0.0 * s
-        return (1.0 - pulls) - pulls * (n[switch] * getattr(self._pull(s, squared, n), which))
+        (away,) = _of_switch(n, lambda piece: (formulas.distance(piece, which, s, squared, n),))
+        return (1.0 - pulls) - pulls * (n[switch] * away)
 
     def _end_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
         near, pulls = 0.5 + 0.5 * n["near"], 0.5 + 0.5 * n["pulls"]
@@ -468,3 +463,14 @@ def _of_pieces(near: Any, formula: Callable[[str], Any]) -> Any:
     if not isinstance(one, tuple):
         return np.where(near, one, other)
     return type(one)(*(np.where(near, *pair) for pair in zip(one, other, strict=True)))
+
+
+def _of_switch(n: Numbers, formula: Callable[[str], Sequence[Any]]) -> Sequence[Any]:
+    """The values of a ``formula`` in a program, of the piece, near or far, that the switch ``near`` names."""
+    near = 0.5 + 0.5 * n["near"]
+    if known(near) == 1.0:
+        return formula("near")
+    far = formula("far")
+    if known(near) == 0.0:
+        return far
+    return [near * one + (1.0 - near) * other for one, other in zip(formula("near"), far, strict=True)]
