@@ -11,6 +11,7 @@ import gelcone
 from gelcone.codes import Regime
 from gelcone.motion import best_drive
 from gelcone.motion.best_drive import drive
+from gelcone.motion.envelope import plane_of
 from gelcone.motion.plane import NUDGE
 from tests.recorded import numbers, record
 from tests.toys import ThreeHarmonics
@@ -282,17 +283,20 @@ def test_what_may_be_largest(largest, value):
     np.testing.assert_allclose(one.value(largest, 0.1), [value, np.nan])
 
 
-def test_the_kick_is_that_of_the_closer_search_and_known_at_the_edge_alone():
-    wide = made_up(2.0, 1.4, 2.0, 1.9).assign(kick_high=("f", [0.1, 0.2, 0.3, 0.4]))
-    near = made_up(1.1, 1.2, 1.3, 1.8).assign(
-        drive_frequency=("f", [1.0, 1.1, 1.2, 1.5]), kick_high=("f", [5, 6, 7, 8])
-    )
+def test_a_kick_is_tried_at_the_best_drive_alone_if_it_lies_at_the_edge(monkeypatch):
+    plane = plane_of(CONE, 5)
+    asked = record(monkeypatch, best_drive, coexisting={"kick_high": np.array([0.5])})
+    kicks = [best_drive._kick(plane, best_drive.Candidates(0.7, 0.4, *[1.0] * 5, edge)) for edge in (0.0, 1.0)]
+    np.testing.assert_array_equal(kicks, [np.nan, 0.5])
+    (one,) = asked["coexisting"]
+    members, disc = one["members"], one["states"][:, :2].tolist()
+    assert (members.size, float(members.drive_frequency[0]), disc) == (1, 0.7, [[plane.rest + NUDGE, 0.0]])
+    assert (float(members.peak_voltage[0]), one["threads"]) == (pytest.approx(0.4), 5)
 
-    def best(frequency, edge):
-        return best_drive.Candidates(frequency, 1.0, 0.3, 0.4, 0.7, 9.0, 1.0, edge)
 
-    kicks = [best_drive._kick(near, wide, best(*one)) for one in ((1.0, 1.0), (0.995, 1.0), (1.0, 0.0), (0.7, 1.0))]
-    np.testing.assert_array_equal(kicks, [5.0, 0.2, np.nan, np.nan])
+def test_the_edge_is_that_of_both_searches_and_of_the_closer_one_where_they_meet():
+    wide = made_up(2.0, 1.4, 2.0, 1.9)
+    near = made_up(1.1, 1.2, 1.3, 1.8).assign(drive_frequency=("f", [1.0, 1.1, 1.2, 1.5]))
     frequency, peak, value = best_drive._edge(wide, near, "stroke", 0.1)
     np.testing.assert_array_equal(frequency, [0.5, 0.995, 1.0, 1.1, 1.2, 1.5])
     np.testing.assert_allclose(peak, 0.8 * np.array([2.0, 1.4, 1.1, 1.2, 1.3, 1.8]))
@@ -301,27 +305,30 @@ def test_the_kick_is_that_of_the_closer_search_and_known_at_the_edge_alone():
 
 def searched(monkeypatch, **parts):
     """Both searches made up, the second one with other limits, and what was asked for."""
-    wide = made_up(2.0, 1.4, 2.0, 1.9).assign(kick_high=("f", [0.1, 0.2, 0.3, 0.4]))
-    wide = wide.assign(
+    wide = made_up(2.0, 1.4, 2.0, 1.9).assign(
         window_damper_power=("f", [0.5, 0.25, 0.75, 4.0]), window_apparent_power=("f", [5.0, 6.0, 7.0, 8.0])
     )
-    near = made_up(1.8, 1.9, 1.95, 2.0).assign(
-        drive_frequency=("f", [1.2, 1.4, 1.6, 1.9]), kick_high=("f", [5, 6, 7, 8])
-    )
+    near = made_up(1.8, 1.9, 1.95, 2.0).assign(drive_frequency=("f", [1.2, 1.4, 1.6, 1.9]))
     near = near.assign(window_damper_power=("f", [0.1, 0.2, 0.6, 0.3]), window_apparent_power=("f", [15.0, 16, 17, 18]))
     near = near.assign(window_power=("f", [1.5, 1.6, 1.7, 1.8]))
     asked = {}
 
-    def envelopes(cone, *, peaks=None, **options):
-        asked["second" if peaks is not None else "first"] = options | {"cone": cone, "peaks": peaks}
+    def windows(plane, static_limits, *, peaks=None, **options):
+        asked["second" if peaks is not None else "first"] = options | {
+            "cone": plane.model,
+            "threads": plane.threads,
+            "peaks": peaks,
+            "static": static_limits,
+        }
         if options["progress"] is not None:
             options["progress"](1.0)
         return wide if peaks is None else near
 
     motion = {name: ("time", numbers(3, at=k)) for k, name in enumerate(("displacement", "drive_voltage", "time"))}
     made = {"settled_periods": xr.Dataset(motion), "_sensitivities": (["a", "b"], np.array([0.25, -0.5]))}
+    made |= {"static_limits_of": np.array([1.5, np.nan]), "coexisting": {"kick_high": np.array([7.0])}}
     asked |= record(monkeypatch, best_drive, **(made | parts))
-    monkeypatch.setattr(best_drive, "plain", {best_drive.envelope: envelopes}.__getitem__)
+    monkeypatch.setattr(best_drive, "window_of", windows)
     return asked
 
 
@@ -334,6 +341,8 @@ def test_the_best_drive_says_of_each_number_what_was_found(monkeypatch):
     np.testing.assert_allclose(asked["second"]["peaks"], 1.9 * np.linspace(*best_drive.PEAKS))
     for part in ("first", "second"):
         assert (asked[part]["margin"], asked[part]["threads"], asked[part]["cone"]) == (0.2, 5, CONE), part
+    assert asked["first"]["static"] is asked["second"]["static"]
+    assert len(asked["static_limits_of"]) == len(asked["coexisting"]) == 1
     assert sum(shares) == pytest.approx(1.0)
     peak = 0.8 * 1.95
     expected = {
@@ -366,7 +375,7 @@ def test_what_is_largest_may_lie_in_the_first_search(monkeypatch):
     searched(monkeypatch)
     found = drive(CONE, largest="power", lowest_frequency=0.7, highest_frequency=1.7)
     assert (float(found["drive_frequency"]), float(found["power"]), float(found["stroke"])) == (1.5, 4.0, 3.0)
-    assert (float(found["apparent_power"]), float(found["kick"]), float(found["limit_voltage"])) == (8.0, 0.4, 1.9)
+    assert (float(found["apparent_power"]), float(found["limit_voltage"])) == (8.0, 1.9)
     assert found["window_value"].attrs["quantity"] == "power"
 
 

@@ -601,7 +601,7 @@ def test_a_voltage_that_is_held_bounds_the_envelope_in_place_of_the_relaxed_film
 
     def plane(model, threads, from_="rest"):
         planes.append((threads, from_))
-        return straight(model, jump=1.2)
+        return straight(model, jump=1.2, threads=threads, limits_from=from_)
 
     monkeypatch.setattr(envelope_module, "plane_of", plane)
     asked = record(

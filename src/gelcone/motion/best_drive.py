@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 
 import numpy as np
@@ -12,12 +13,14 @@ from gelcone.devices.analysis import analysis, check_model, check_one, dimension
 from gelcone.devices.device import Device
 from gelcone.devices.si import device_attributes
 from gelcone.errors import InputError, check_name
-from gelcone.motion.envelope import MARGIN, envelope
-from gelcone.motion.plane import NUDGE, DriveShape
+from gelcone.motion.coexisting import coexisting
+from gelcone.motion.envelope import MARGIN, check_window, plane_of, window_of
+from gelcone.motion.plane import NUDGE, Plane
 from gelcone.motion.proportion import held_at_peak
 from gelcone.motion.regime import regime
 from gelcone.motion.response import simulate
 from gelcone.motion.start import start_states
+from gelcone.motion.static_limits import static_limits_of
 from gelcone.motion.swing import settled_swing
 from gelcone.physics.model import ConeModel
 from gelcone.physics.statics import rest_displacement, rest_displacements
@@ -139,13 +142,16 @@ def drive(
             f"lowest_frequency = {lowest_frequency}: must be greater than 0 and below the highest frequency, "
             f"{highest_frequency}{'' if device is None else ' (in Hz, if without unit)'}"
         )
-    options = {"margin": margin, "threads": threads}
-    wide = plain(envelope)(cone, frequencies=_range(**ends), **options, progress=weighted(progress, 0.65))
+    check_window(cone, margin)
+    plane = plane_of(cone, threads)
+    window = partial(window_of, plane, static_limits_of(plane), margin=margin)
+    wide = window(frequencies=_range(**ends), progress=weighted(progress, 0.65))
     zeta = float(cone.damping_ratio)
     first = _best(largest, zeta, margin, wide)
-    near = plain(envelope)(cone, **_around(wide, float(first.frequency)), **options, progress=weighted(progress, 0.3))
+    around = _around(wide, float(first.frequency))
+    near = window(frequencies=around["frequencies"], peaks=around["peaks"], progress=weighted(progress, 0.3))
     best = _best(largest, zeta, margin, wide, near)
-    shape = DriveShape.of(cone)
+    shape = plane.shape
     peak, omega = float(best.peak), float(best.frequency)
     drives = {"voltage": shape.amplitude * peak, "voltage_bias": shape.bias * peak, "drive_frequency": omega}
     chosen = cone.replace(**drives)
@@ -170,7 +176,7 @@ def drive(
         "frequency_high": ((), band[1], "highest frequency at which this voltage is below all limits", "frequency"),
         "kick": (
             (),
-            _kick(near, wide, best),
+            _kick(plane, best),
             "kick that leads to another motion",
             dataset.absent("velocity", "unknown"),
         ),
@@ -312,13 +318,13 @@ def _safe_band(wide: xr.Dataset, near: xr.Dataset, omega: float, peak: float) ->
     return float(known[first]), float(known[last])
 
 
-def _kick(near: xr.Dataset, wide: xr.Dataset, best: Candidates) -> float:
+def _kick(plane: Plane, best: Candidates) -> float:
     """The kick that leads away from the best drive; NaN below the window's edge, where none is tried."""
-    for one in (near, wide):
-        at = np.flatnonzero(one["drive_frequency"].values == best.frequency)
-        if best.edge and at.size:
-            return float(one["kick_high"][int(at[0])])
-    return float("nan")
+    if not best.edge:
+        return float("nan")
+    members = plane.at(np.array([best.frequency]), np.array([best.peak])).members()
+    found = coexisting(members, members.start_states((plane.rest + NUDGE, 0.0)), threads=plane.threads)
+    return float(found["kick_high"][0])
 
 
 def _edge(wide: xr.Dataset, near: xr.Dataset, largest: str, damping_ratio: float) -> tuple[Array, Array, Array]:

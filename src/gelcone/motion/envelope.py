@@ -155,19 +155,44 @@ def envelope(
     >>> window.recommended_peak.values.round(3).tolist()
     [0.727, 0.681]
     """
-    _check(model, margin, duration)
+    check_window(model, margin, duration)
     plane = plane_of(model, threads, limits_from)
+    return window_of(
+        plane,
+        static_limits_of(plane),
+        peaks=peaks,
+        frequencies=frequencies,
+        margin=margin,
+        duration=duration,
+        kicked=True,
+        progress=progress,
+    )
+
+
+def window_of(
+    plane: Plane,
+    static_limits: Array,
+    *,
+    peaks: npt.ArrayLike | None = None,
+    frequencies: npt.ArrayLike | None = None,
+    margin: float = MARGIN,
+    duration: float | None = None,
+    kicked: bool = False,
+    progress: Progress = None,
+) -> xr.Dataset:
+    """Compute the `envelope` in a plane with ``static_limits``, those of `static_limits_of`; without the motions to
+    which kicks lead unless motions are ``kicked``."""
+    model = plane.model
     own_error = float(model.own_numbers["film_error"]) if isinstance(model.film, MembraneFilm) else None
     given = None if peaks is None else _axis("peaks", peaks)
     refine = frequencies is None
     omegas = plane.default_frequencies() if frequencies is None else _axis("frequencies", frequencies)
-    static_limits = static_limits_of(plane)
     default = peaks_of(plane, static_limits)
     creeps: dict[str, dataset.Variable] = thresholds(model, plane.bias_share) if duration is None else {}
     levels: dict[str, dataset.Variable] = {}
     if duration is not None:
         part = weighted(progress, HELD_SHARE)
-        held = holding(model, duration, float(default[-1]), count=HELD_LEVELS, threads=threads, progress=part)
+        held = holding(model, duration, float(default[-1]), count=HELD_LEVELS, threads=plane.threads, progress=part)
         static_limits, creeps = held_limits(plane, held, static_limits), _held_variables(held, duration)
         default = peaks_of(plane, static_limits) if np.isfinite(static_limits).any() else default  # none above the held
         levels = {"held_voltage": (("held_voltage",), held.levels, "constant voltage that is held", "voltage")}
@@ -175,14 +200,16 @@ def envelope(
     volts = default if given is None else given
     static = static_curves(plane, max(float(volts[-1]), float(default[-1])))
     lowest_static = np.nanmin(static_limits, initial=np.inf)
-    part = weighted(progress, 1.0 - COEXISTING_SHARE)
+    part = weighted(progress, 1.0 - COEXISTING_SHARE) if kicked else progress
     found = driven(plane, omegas, volts, refine=refine, progress=part, ceiling=lowest_static, pull_in=static_limits[-1])
     low = np.where(np.isnan(found["low"]), np.inf, found["low"])
     recommended = recommended_peaks(found["low"], lowest_static, volts, margin)
     edge = plane.examine(found["frequency"], recommended)
     window = {name: np.where(recommended > 0.0, edge[name], np.nan) for name in _WINDOW}
-    kicked = np.isin(found["frequency"], omegas) & (recommended > 0.0)
-    others = _coexisting(plane, found["frequency"], recommended, kicked, weighted(progress, COEXISTING_SHARE))
+    others: dict[str, dataset.Variable] = {}
+    if kicked:
+        there = np.isin(found["frequency"], omegas) & (recommended > 0.0)
+        others = _coexisting(plane, found["frequency"], recommended, there, weighted(progress, COEXISTING_SHARE))
     of_constant, of_frequency = ("constant_voltage",), ("drive_frequency",)
     of_both = ("drive_frequency", "peak_voltage")
     of_limit = ("driven_limit", "drive_frequency")
@@ -222,7 +249,7 @@ def envelope(
             "static_limit": (("static_limit",), np.array(STATIC_LIMITS), "quasi-static limit", "code"),
             "driven_limit": (("driven_limit",), np.array(DRIVEN_LIMITS), "limit of the driven motion", "code"),
         },
-        options={"margin": margin, "limits_from": limits_from, "duration": duration},
+        options={"margin": margin, "limits_from": plane.limits_from, "duration": duration},
         title="operating envelope",
     )
     return _of_both_films(result, plane).assign_attrs(
@@ -269,7 +296,7 @@ def second_voltage(plane: Plane, peaks: Array) -> Array:
 SECOND = "commanded voltage of the second film while the drive is held at the recommended peak", "voltage"
 
 
-def _check(model: ConeModel, margin: float, duration: float | None) -> None:
+def check_window(model: ConeModel, margin: float, duration: float | None = None) -> None:
     """Raises `InputError` for an ensemble, a margin outside [0, 1), and a duration for which no voltage can be held."""
     check_one(model, "envelope")
     if not (isinstance(margin, float | int) and 0.0 <= margin < 1.0):
