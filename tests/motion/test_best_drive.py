@@ -120,10 +120,10 @@ def test_a_drive_keeps_half_of_its_margin_where_its_frequency_is_a_little_off():
 
 def test_a_voltage_is_held_between_the_next_frequencies_with_a_lower_limit():
     window = made_up(2.0, 1.4, 2.0, 1.9)
-    assert best_drive._safe_band(window, window, 1.0, 1.5) == (1.0, 1.5)
-    assert best_drive._safe_band(window, window, 1.0, 1.95) == (1.0, 1.0)
-    assert best_drive._safe_band(window, window, 0.5, 1.5) == (0.5, 0.5)
-    assert best_drive._safe_band(window, window, 1.5, 1.3) == (0.5, 1.5)
+    assert best_drive._safe_band(1.0, 1.5, window, window) == (1.0, 1.5)
+    assert best_drive._safe_band(1.0, 1.95, window, window) == (1.0, 1.0)
+    assert best_drive._safe_band(0.5, 1.5, window, window) == (0.5, 0.5)
+    assert best_drive._safe_band(1.5, 1.3, window, window) == (0.5, 1.5)
 
 
 @pytest.mark.parametrize("name", ["rest_height", "drive_frequency", "damping_ratio"])
@@ -218,15 +218,15 @@ def test_a_limit_at_a_constant_voltage_counts_where_it_is_the_lower_one():
     np.testing.assert_allclose(limits, [1.7, 1.4, 1.1, 1.2, 1.3, 1.8])
     held = "breakdown at a constant voltage"
     assert names == [held, "pull-in", "pull-in", "pull-in", "pull-in", "pull-in"]
-    assert best_drive._limit(wide, near, 0.6) == (held, 1.7)
-    assert best_drive._limit(wide, near, 1.08) == ("pull-in", 1.2)
+    assert best_drive._limit(0.6, wide, near) == (held, 1.7)
+    assert best_drive._limit(1.08, wide, near) == ("pull-in", 1.2)
     free = wide.assign(first_limit=("f", [-1, 0, -1, 0]), static_limit_voltage=("limit", [np.nan]))
-    assert best_drive._limit(free, free, 0.5) == ("none", np.inf)
+    assert best_drive._limit(0.5, free, free) == ("none", np.inf)
 
 
 def test_the_limit_of_films_in_opposite_phase_is_of_the_drive_held_at_its_peak():
     held = made_up(2.0, 1.4, 2.0, 1.9).assign(static_limit_voltage=("limit", [1.7]), recommended_second_voltage=1.0)
-    assert best_drive._limit(held, held, 0.5) == ("breakdown of the drive held at its peak", 1.7)
+    assert best_drive._limit(0.5, held, held) == ("breakdown of the drive held at its peak", 1.7)
 
 
 def test_no_more_is_claimed_of_a_drive_than_was_examined():
@@ -237,8 +237,8 @@ def test_no_more_is_claimed_of_a_drive_than_was_examined():
     np.testing.assert_allclose(limits, [1.6, 1.4, 2.0, 1.6])
     assert names == ["none", "pull-in", "pull-in", "none"]
     np.testing.assert_allclose(best_drive._detuned(FREQUENCY, above)[[0, 3]], [1.6, 1.6], rtol=0.01)
-    assert best_drive._safe_band(above, above, 1.0, 1.7) == (1.0, 1.0)
-    assert best_drive._safe_band(above, above, 1.0, 1.5) == (1.0, 1.5)
+    assert best_drive._safe_band(1.0, 1.7, above, above) == (1.0, 1.0)
+    assert best_drive._safe_band(1.0, 1.5, above, above) == (1.0, 1.5)
     below = window.assign(static_limit_voltage=("limit", [1.5]))
     assert best_drive._rows(below)[2][0] == "breakdown at a constant voltage"
 
@@ -294,27 +294,59 @@ def test_a_kick_is_tried_at_the_best_drive_alone_if_it_lies_at_the_edge(monkeypa
     assert (float(members.peak_voltage[0]), one["threads"]) == (pytest.approx(0.4), 5)
 
 
+def test_the_last_search_is_around_the_largest_value_along_the_edge(monkeypatch):
+    """Stroke 1/(1 + (20 log(w/1.37))^2) times the voltage: its vertex is found between the frequencies examined."""
+    known, edge = np.array([1.2, 1.3, 1.4, 1.5]), np.array([1.0, 1.1, 1.2, 1.3])
+    examined = {}
+
+    def examine(omegas, peaks):
+        examined.update(omegas=omegas, peaks=peaks)
+        stroke = 1.0 / (1.0 + (20.0 * np.log(omegas / 1.37)) ** 2)
+        regime = np.where(omegas < 1.31, int(Regime.CHAOTIC), int(Regime.PERIODIC))
+        return {"stroke": stroke, "damper_power": stroke, "power": stroke, "apparent_power": stroke, "regime": regime}
+
+    monkeypatch.setattr(best_drive, "_edge", lambda *given: (known, edge, known))
+    found = best_drive._closest(SimpleNamespace(examine=examine), "stroke", 0.1, 1.4, "wide", "near")
+    np.testing.assert_allclose(found, 1.37 * np.array([0.99, 1.0, 1.01]), rtol=1e-5)
+    np.testing.assert_allclose(examined["omegas"][[0, -1]], [1.3, 1.5])
+    np.testing.assert_allclose(1.0 / examined["peaks"], np.interp(examined["omegas"], known, 1.0 / edge))
+    monkeypatch.setattr(best_drive, "_edge", lambda *given: (known[:2], edge[:2], known[:2]))
+    at_end = best_drive._closest(SimpleNamespace(examine=lambda w, v: examine(w, v) | {"stroke": w, "regime": 0 * w +
+        int(Regime.PERIODIC)}), "stroke", 0.1, 1.3)  # fmt: skip
+    np.testing.assert_allclose(at_end, [0.99 * 1.3, 1.3])
+    nothing = lambda w, v: examine(w, v) | {"stroke": np.full(w.size, np.nan)}  # noqa: E731
+    assert best_drive._closest(SimpleNamespace(examine=nothing), "stroke", 0.1, 1.3).tolist() == [0.99 * 1.3, 1.3]
+
+
+def test_the_last_search_finds_more(found, monkeypatch):
+    monkeypatch.setattr(best_drive, "_closest", lambda plane, largest, zeta, omega, *_: np.array([0.99, 1.0]) * omega)
+    less = drive(CONE, **RANGE, threads=1)
+    assert float(found["stroke"]) > 1.01 * float(less["stroke"])
+
+
 def test_the_edge_is_that_of_both_searches_and_of_the_closer_one_where_they_meet():
     wide = made_up(2.0, 1.4, 2.0, 1.9)
     near = made_up(1.1, 1.2, 1.3, 1.8).assign(drive_frequency=("f", [1.0, 1.1, 1.2, 1.5]))
-    frequency, peak, value = best_drive._edge(wide, near, "stroke", 0.1)
+    frequency, peak, value = best_drive._edge("stroke", 0.1, wide, near)
     np.testing.assert_array_equal(frequency, [0.5, 0.995, 1.0, 1.1, 1.2, 1.5])
     np.testing.assert_allclose(peak, 0.8 * np.array([2.0, 1.4, 1.1, 1.2, 1.3, 1.8]))
     np.testing.assert_allclose(value, [1.0, 2.0, 1.0, 2.0, 9.0, 3.0])
 
 
 def searched(monkeypatch, **parts):
-    """Both searches made up, the second one with other limits, and what was asked for."""
+    """All searches made up, the later ones with other limits, and what was asked for."""
     wide = made_up(2.0, 1.4, 2.0, 1.9).assign(
         window_damper_power=("f", [0.5, 0.25, 0.75, 4.0]), window_apparent_power=("f", [5.0, 6.0, 7.0, 8.0])
     )
     near = made_up(1.8, 1.9, 1.95, 2.0).assign(drive_frequency=("f", [1.2, 1.4, 1.6, 1.9]))
     near = near.assign(window_damper_power=("f", [0.1, 0.2, 0.6, 0.3]), window_apparent_power=("f", [15.0, 16, 17, 18]))
     near = near.assign(window_power=("f", [1.5, 1.6, 1.7, 1.8]))
-    asked = {}
+    last = near.isel(f=slice(0, 3)).assign(drive_frequency=("f", [1.58, 1.61, 1.64]))
+    last, asked, made_windows = last.assign(window_stroke=("f", [1.0, 2.0, 3.0])), {}, iter(range(3))
 
     def windows(plane, static_limits, *, peaks=None, **options):
-        asked["second" if peaks is not None else "first"] = options | {
+        number = next(made_windows)
+        asked[("first", "second", "third")[number]] = options | {
             "cone": plane.model,
             "threads": plane.threads,
             "peaks": peaks,
@@ -322,10 +354,11 @@ def searched(monkeypatch, **parts):
         }
         if options["progress"] is not None:
             options["progress"](1.0)
-        return wide if peaks is None else near
+        return (wide, near, last)[number]
 
     motion = {name: ("time", numbers(3, at=k)) for k, name in enumerate(("displacement", "drive_voltage", "time"))}
     made = {"settled_periods": xr.Dataset(motion), "_sensitivities": (["a", "b"], np.array([0.25, -0.5]))}
+    made |= {"_closest": np.array([1.58, 1.61, 1.64])}
     made |= {"static_limits_of": np.array([1.5, np.nan]), "coexisting": {"kick_high": np.array([7.0])}}
     asked |= record(monkeypatch, best_drive, **(made | parts))
     monkeypatch.setattr(best_drive, "window_of", windows)
@@ -339,9 +372,13 @@ def test_the_best_drive_says_of_each_number_what_was_found(monkeypatch):
     np.testing.assert_allclose(asked["first"]["frequencies"], np.geomspace(0.7, 1.7, best_drive.COARSE))
     np.testing.assert_allclose(asked["second"]["frequencies"], np.geomspace(1.0, 1.5, best_drive.FINE))
     np.testing.assert_allclose(asked["second"]["peaks"], 1.9 * np.linspace(*best_drive.PEAKS))
-    for part in ("first", "second"):
+    (closest,) = asked["_closest"]
+    assert (closest["largest"], closest["damping_ratio"], closest["omega"]) == ("stroke", 0.1, 1.6)
+    np.testing.assert_array_equal(asked["third"]["frequencies"], [1.58, 1.61, 1.64])
+    np.testing.assert_array_equal(asked["third"]["peaks"], asked["second"]["peaks"])
+    for part in ("first", "second", "third"):
         assert (asked[part]["margin"], asked[part]["threads"], asked[part]["cone"]) == (0.2, 5, CONE), part
-    assert asked["first"]["static"] is asked["second"]["static"]
+    assert asked["first"]["static"] is asked["second"]["static"] is asked["third"]["static"]
     assert len(asked["static_limits_of"]) == len(asked["coexisting"]) == 1
     assert sum(shares) == pytest.approx(1.0)
     peak = 0.8 * 1.95
@@ -353,9 +390,10 @@ def test_the_best_drive_says_of_each_number_what_was_found(monkeypatch):
     }  # fmt: skip
     for name, value in expected.items():
         assert float(found[name]) == pytest.approx(value), name
-    np.testing.assert_array_equal(found["frequency"], [0.5, 0.995, 1.0, 1.2, 1.4, 1.5, 1.6, 1.9])
-    np.testing.assert_allclose(found["window_peak"], 0.8 * np.array([2.0, 1.4, 2.0, 1.8, 1.9, 1.9, 1.95, 2.0]))
-    np.testing.assert_array_equal(found["window_value"], [1.0, 2.0, 9.0, 1.0, 2.0, 3.0, 9.0, 3.0])
+    np.testing.assert_array_equal(found["frequency"], [0.5, 0.995, 1.0, 1.2, 1.4, 1.5, 1.58, 1.6, 1.61, 1.64, 1.9])
+    peaks = [2.0, 1.4, 2.0, 1.8, 1.9, 1.9, 1.8, 1.95, 1.9, 1.95, 2.0]
+    np.testing.assert_allclose(found["window_peak"], 0.8 * np.array(peaks))
+    np.testing.assert_array_equal(found["window_value"], [1.0, 2.0, 9.0, 1.0, 2.0, 3.0, 1.0, 9.0, 2.0, 3.0, 3.0])
     for k, name in enumerate(("displacement", "drive_voltage", "time")):
         np.testing.assert_array_equal(found[name], numbers(3, at=k), name)
     assert (found["field"].values.tolist(), found["sensitivity"].values.tolist()) == (["a", "b"], [0.25, -0.5])

@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 Largest = Literal["stroke", "work", "speed", "power"]
 COARSE, FINE = 25, 9
 """Numbers of drive frequencies in a given range, and around the best of them."""
+CLOSEST = 33
+"""Frequencies between the neighbours of the best one at which the motions at the window's edge are compared."""
 PEAKS = (0.3, 1.4, 12)
 """Lowest, highest and number of peak voltages around the best drive, over the limit there."""
 STEP = 0.01
@@ -145,20 +147,24 @@ def drive(
     check_window(cone, margin)
     plane = plane_of(cone, threads)
     window = partial(window_of, plane, static_limits_of(plane), margin=margin)
-    wide = window(frequencies=_range(**ends), progress=weighted(progress, 0.65))
+    wide = window(frequencies=_range(**ends), progress=weighted(progress, 0.6))
     zeta = float(cone.damping_ratio)
     first = _best(largest, zeta, margin, wide)
     around = _around(wide, float(first.frequency))
-    near = window(frequencies=around["frequencies"], peaks=around["peaks"], progress=weighted(progress, 0.3))
-    best = _best(largest, zeta, margin, wide, near)
+    near = window(frequencies=around["frequencies"], peaks=around["peaks"], progress=weighted(progress, 0.25))
+    second = float(_best(largest, zeta, margin, wide, near).frequency)
+    closest = _closest(plane, largest, zeta, second, wide, near)
+    last = window(frequencies=closest, peaks=around["peaks"], progress=weighted(progress, 0.1))
+    found = wide, near, last
+    best = _best(largest, zeta, margin, *found)
     shape = plane.shape
     peak, omega = float(best.peak), float(best.frequency)
     drives = {"voltage": shape.amplitude * peak, "voltage_bias": shape.bias * peak, "drive_frequency": omega}
     chosen = cone.replace(**drives)
     names, change = _sensitivities(chosen, device, threads)
-    limit, bound = _limit(wide, near, omega)
-    band = _safe_band(wide, near, omega, peak)
-    curve = _edge(wide, near, largest, zeta)
+    limit, bound = _limit(omega, *found)
+    band = _safe_band(omega, peak, *found)
+    curve = _edge(largest, zeta, *found)
     motion = settled_periods(chosen, threads)
     variables: dict[str, dataset.Variable] = {
         "drive_frequency": ((), omega, "frequency of the best drive", "frequency"),
@@ -277,7 +283,7 @@ def _around(wide: xr.Dataset, omega: float) -> dict[str, Array]:
     known = wide["drive_frequency"].values
     at = int(np.argmin(np.abs(known - omega)))
     below, above = known[max(at - 1, 0)], known[min(at + 1, len(known) - 1)]
-    _, bound = _limit(wide, wide, omega)
+    _, bound = _limit(omega, wide)
     top = bound if np.isfinite(bound) else float(wide["peak_voltage"][-1])
     return {"frequencies": np.geomspace(below, above, FINE), "peaks": top * np.linspace(*PEAKS)}
 
@@ -300,16 +306,50 @@ def _rows(*envelopes: xr.Dataset) -> tuple[Array, Array, list[str]]:
     return np.array(order), np.array([found[omega][0] for omega in order]), [found[omega][1] for omega in order]
 
 
-def _limit(wide: xr.Dataset, near: xr.Dataset, omega: float) -> tuple[str, float]:
+def _closest(plane: Plane, largest: str, damping_ratio: float, omega: float, *envelopes: xr.Dataset) -> Array:
+    """The frequency of the largest value along the edge between the neighbours of ``omega``, and those that are off by
+    `DETUNED`; the edge is interpolated."""
+    known, edge, _ = _edge(largest, damping_ratio, *envelopes)
+    at = int(np.argmin(np.abs(known - omega)))
+    tried = np.geomspace(known[max(at - 1, 0)], known[min(at + 1, len(known) - 1)], CLOSEST)
+    with np.errstate(divide="ignore"):
+        peaks = 1.0 / np.interp(tried, known, 1.0 / edge)
+    found = plane.examine(tried, peaks)
+    motions = Candidates(
+        tried,
+        peaks,
+        found["stroke"],
+        found["damper_power"],
+        found["power"],
+        found["apparent_power"],
+        found["regime"] == Regime.PERIODIC,
+        np.ones(CLOSEST),
+    )
+    values = motions.value(largest, damping_ratio)
+    best = np.exp(_vertex(np.log(tried), values)) if (values > 0.0).any() else omega
+    return np.unique(np.clip(best * (1.0 + DETUNED * np.array([-1.0, 0.0, 1.0])), known[0], known[-1]))
+
+
+def _vertex(places: Array, values: Array) -> float:
+    """The place of the largest value, moved to the vertex of the parabola through its neighbours."""
+    k = int(np.nanargmax(values))
+    if not 0 < k < len(places) - 1:
+        return float(places[k])
+    before, here, after = values[k - 1 : k + 2]
+    bend = before - 2.0 * here + after
+    return float(places[k] + (0.5 * (before - after) / bend * (places[k + 1] - places[k]) if bend < 0.0 else 0.0))
+
+
+def _limit(omega: float, *envelopes: xr.Dataset) -> tuple[str, float]:
     """Name and peak voltage of the lowest limit at a frequency; infinite if none is met."""
-    known, limits, names = _rows(wide, near)
+    known, limits, names = _rows(*envelopes)
     at = int(np.argmin(np.abs(known - omega)))
     return names[at], np.inf if names[at] == "none" else float(limits[at])
 
 
-def _safe_band(wide: xr.Dataset, near: xr.Dataset, omega: float, peak: float) -> tuple[float, float]:
+def _safe_band(omega: float, peak: float, *envelopes: xr.Dataset) -> tuple[float, float]:
     """Ends of the band of examined frequencies around ``omega`` in which a peak voltage is below all limits."""
-    known, limits, _ = _rows(wide, near)
+    known, limits, _ = _rows(*envelopes)
     at = int(np.argmin(np.abs(known - omega)))
     below = np.flatnonzero(limits[:at] <= peak)
     above = np.flatnonzero(limits[at + 1 :] <= peak)
@@ -327,10 +367,10 @@ def _kick(plane: Plane, best: Candidates) -> float:
     return float(found["kick_high"][0])
 
 
-def _edge(wide: xr.Dataset, near: xr.Dataset, largest: str, damping_ratio: float) -> tuple[Array, Array, Array]:
+def _edge(largest: str, damping_ratio: float, *envelopes: xr.Dataset) -> tuple[Array, Array, Array]:
     """Frequency, peak voltage and value along the edge of the window."""
     rows = []
-    for one in (wide, near):
+    for one in envelopes:
         found = candidates(one)
         value = found.value(largest, damping_ratio)
         rows += [
