@@ -159,5 +159,10 @@ def test_columns_are_found_by_name_or_named_and_turned_round(read):
         read(text.replace('noise = {stroke = "5 um"}', 'noise = {force = "1 mN"}'), a="W,d (um)\n-1,10\n")
     with pytest.raises(InputError, match="'kV' is not a unit of stroke; write it in m"):
         read(text, a="W,displacement (kV)\n-1,10\n-2,20\n")
+    with pytest.raises(InputError, match="column 'W' is in N by its heading and in mN by the list; leave the unit out"):
+        read(text, a="W (N),displacement (um)\n-1,10\n-2,20\n")
+    np.testing.assert_allclose(
+        read(text, a="W (mN),displacement (um)\n-1,10\n-2,20\n").tests[0].set["load"], [1e-3, 2e-3]
+    )
     with pytest.raises(InputError, match="column 'W' has cells without numbers"):
         read(text, a="W,displacement (um)\n-1,10\n,20\n")

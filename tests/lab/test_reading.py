@@ -252,6 +252,10 @@ LISTS = {
     "a temperature without a unit": ("[[test]]\nfile = 'test.csv'\ntemperature = 20\n", "write '20 degC' or '293 K'"),
     "a test that is not there": ("[[test]]\nfile = 'test.csv'\nonly = [7]\n", "'7' is not a test of the file"),
     "only what": ("[[test]]\nfile = 'test.csv'\nonly = 7\n", "must be a list of ids, such as [101, 102]"),
+    "another unit than in the heading": (
+        "[[test]]\nfile = 'test.csv'\nstress = 'stress, MPa'\n",
+        "is in kPa by its heading and in MPa",
+    ),
     "a column that is not there": ("[[test]]\nfile = 'test.csv'\nstress = 'F, kPa'\n", "'F' is not a column"),
     "a column that is a number": ("[[test]]\nfile = 'test.csv'\nstress = 7\n", "must name a column"),
     "twice the same": ("[[test]]\nfile = 'test.csv'\n[[test]]\nfile = 'test.csv'\n", "test.csv: is listed twice"),

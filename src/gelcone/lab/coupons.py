@@ -120,9 +120,9 @@ def roles_of(table: Table, named: Mapping[str, str]) -> dict[str, tuple[Column, 
     found: dict[str, tuple[Column, str | None]] = {}
     for role, text in named.items():
         before, comma, after = text.rpartition(",")
-        own, named_unit = (before.strip(), after.strip()) if comma else (text.strip(), "")
+        own, stated = (before.strip(), after.strip()) if comma else (text.strip(), None)
         check_name("column", own, table.columns, where=f"{table.file}: {role} = {text!r}: ")
-        found[role] = table.columns[own], named_unit or table.columns[own].unit
+        found[role] = table.columns[own], table.unit_of(own, stated)
     taken = {column.name for column, _ in found.values()}
     for name, column in table.columns.items():
         known = _role(name)

@@ -225,14 +225,15 @@ def _numbers(where: str, name: str, unit: str, given: Any, table: Table | None) 
 
 
 def _column(where: str, name: str, unit: str, given: str | None, table: Table) -> Array | None:
-    """Read a column in SI; `InputError` for one without a unit or with a unit of another quantity."""
+    """Read a column in SI; `InputError` for one without a unit, with a unit of another quantity, or with another in the
+    list than in the file."""
     own, stated = _named(where, name, given, table)
     if own is None:
         return None
     column = table.columns[own]
     if column.values is None or not np.isfinite(column.values).all():
         raise InputError(f"{table.file}: column {own!r} has cells without numbers; complete or leave out their rows")
-    written = stated or column.unit
+    written = table.unit_of(own, stated)
     if written is None:
         _refuse_bare(table, name, own, unit, column.values)
     powers = {unit: 0} if unit in ("1/s", "deg") else DIMENSIONS[unit].powers

@@ -63,6 +63,16 @@ class Table:
     lines: Sequence[int]
     notes: tuple[str, ...] = field(default=())
 
+    def unit_of(self, name: str, stated: str | None) -> str | None:
+        """The unit of a column, of its heading or ``stated`` in a list; `InputError` where these are two."""
+        own = self.columns[name].unit
+        if stated and own and stated != own:
+            raise InputError(
+                f"{self.file}: column {name!r} is in {own} by its heading and in {stated} by the list; leave the unit "
+                "out of the list, or correct the heading"
+            )
+        return stated or own
+
 
 def read_table(path: Path) -> Table:
     """Read a measured table from a text file, or the vectors of a MATLAB or HDF5 file.
