@@ -27,10 +27,15 @@ class InputError(ValueError):
 def unknown_name(kind: str, name: str, known: Iterable[str], otherwise: str = "") -> InputError:
     """Make the error for an unknown name, which suggests the nearest known one, ``otherwise`` a remedy or all."""
     known = list(known)
-    near = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
-    remedy = f"did you mean {near[0]!r}?" if near else otherwise or f"known: {', '.join(known)}"
+    remedy = nearest(name, known) or otherwise or f"known: {', '.join(known)}"
     article = "an" if kind[0] in "aeiou" else "a"
     return InputError(f"{name!r} is not {article} {kind}; {remedy}")
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """Ask whether the nearest known name was meant; empty if none is near."""
+    near = difflib.get_close_matches(name, list(known), n=1, cutoff=0.6)
+    return f"did you mean {near[0]!r}?" if near else ""
 
 
 def check_name(kind: str, name: Any, known: Collection[str], where: str = "") -> None:

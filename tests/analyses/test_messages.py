@@ -13,6 +13,8 @@ import pytest
         (["static", "soft-film", "--over", "displacement=5 mm,4 mm"], "--over displacement: must increase"),
         (["static", "--voltages", "1"], "No such option '--voltages'; give --over constant_voltage=..."),
         (["static", "--displacements", "1"], "No such option '--displacements'; give --over displacement=..."),
+        (["drive", "--lowest", "1"], "No such option '--lowest'; did you mean '--lowest-frequency'?"),
+        (["drive", "--highest", "1"], "No such option '--highest'; did you mean '--highest-frequency'?"),
         (["film", "--height", "1"], "No such option '--height'; give --over displacement=..."),
         (
             ["transfer", "--frequencies", "1"],

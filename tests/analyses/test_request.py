@@ -158,6 +158,7 @@ def test_a_way_to_pull_in_may_be_chosen_with_the_film_that_takes_it():
         ("frequency", "drive_frequency=0.5", 'has one point; give at least two, or take gelcone settled --set "drive_'),
         ("envelope", "peak_voltage=0.5", "--over peak_voltage: has one point; a sweep takes at least two values"),
         ("step", "drive_frequency=1,2", "--over drive_frequency: cannot be swept here; step sweeps constant_voltage"),
+        ("static", "voltage=1,2", "static sweeps constant_voltage and displacement; did you mean 'constant_voltage'?"),
         ("envelope", "damping_ratio=1,2", "cannot be swept here; envelope sweeps drive_frequency and peak_voltage"),
     ],
 )

@@ -31,7 +31,7 @@ from gelcone.analyses.values import (
 from gelcone.atlas.plan import DEFAULT_INITIAL
 from gelcone.devices.analysis import check_one
 from gelcone.devices.points import STATES
-from gelcone.errors import InputError, check_name
+from gelcone.errors import InputError, check_name, nearest
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
 from gelcone.register.analysis import Analysis, annotation_of
@@ -88,8 +88,9 @@ class Subject:
         form = f"name=from:to:count or name=v1,v2,..., for example {example(self.device, next(iter(known)))}"
         for name, values in pairs("--over", texts, form).items():
             if name not in known:
-                own = " and ".join(known)
-                raise InputError(f"--over {name}: cannot be swept here; {analysis.command} sweeps {own}")
+                own = f"{analysis.command} sweeps {' and '.join(known)}"
+                parts = [f"--over {name}: cannot be swept here", own, nearest(name, known)]
+                raise InputError("; ".join(filter(None, parts)))
             keyword, axis = known[name]
             _, quantity = annotation_of(analysis.call, keyword)
             numbers = np.atleast_1d(read_measures(f"--over {name}", values, quantity, self.device, in_si=in_si))

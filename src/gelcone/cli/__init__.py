@@ -175,7 +175,7 @@ def as_typed(message: str, typed: list[str]) -> str:
 
 def _said(error: click.UsageError) -> str:
     """An error of usage with its remedy: the axis that ``--over`` takes for a keyword of Python, the command that takes
-    options of grids and draws, or where options are explained."""
+    options of grids and draws, the option that begins as the one typed, or where options are explained."""
     name = analyses.COMMANDS.get((error.ctx and error.ctx.info_name) or "")
     option, analysis = getattr(error, "option_name", ""), analyses.ANALYSES[name] if name else None
     if analysis and (axis := analysis.axes.get(option[2:])):
@@ -190,9 +190,18 @@ def _said(error: click.UsageError) -> str:
         return f"No such option {option!r}; give a table of draws, --samples FILE"
     elif analysis and option in ("--uncertain", "--samples"):
         return f"No such option {option!r}; gelcone sweep and gelcone datasheet take it"
+    elif longer := _beginning(option, error.ctx):
+        return f"No such option {option!r}; did you mean {longer[0]!r}?"
     else:
         remedy = f"see {error.ctx.command_path if error.ctx else 'gelcone'} --help"
     return f"{error.format_message().rstrip('.')}; {remedy}"
+
+
+def _beginning(option: str, context: click.Context | None) -> list[str]:
+    """The options of a command that begin with the words of an ``option``, which are nearer than those of like
+    letters: --lowest-frequency to --lowest."""
+    known = [name for own in (context.command.params if context else ()) for name in own.opts]
+    return [name for name in known if option and name.startswith(f"{option}-")]
 
 
 def _say_warning(message: Warning | str, category: type[Warning], *_: object, **__: object) -> None:
