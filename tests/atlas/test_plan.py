@@ -156,12 +156,29 @@ def test_cells_that_differ_in_their_start_alone_are_as_many_of_the_own_model():
     assert states.tolist() == [[0.1, 0.25], [0.2, 0.25], [0.3, 0.25]]
 
 
-def test_values_that_the_model_refuses_together_are_refused_by_the_plan():
+def test_values_that_the_model_refuses_together_leave_the_other_cells():
     """A bound that belongs to no single parameter: of a permittivity only a part follows late."""
     model = ConeModel(dielectric_share=0.3, dielectric_time=2.0)
-    for given in ({"over": {"dielectric_share": [0.5, 1.0]}}, {"over": {}, "draws": {"dielectric_share": [0.5, 1.2]}}):
-        with pytest.raises(InputError, match=r"dielectric_share = 1(\.2)?: must be below 1"):
-            Plan(model, **given)
+    for given in ({"over": {"dielectric_share": [0.5, 1.0]}}, {"over": {}, "draws": {"dielectric_share": [0.5, 1.0]}}):
+        plan = Plan(model, **given)
+        cells, made, states = plan.possible()
+        assert (cells.tolist(), made.dielectric_share.tolist(), states.shape) == ([0], [0.5], (1, 2))
+        assert plan.refusal(1).startswith("dielectric_share = 1: must be below 1")
+        assert plan.refusal(0) == ""
+    with pytest.raises(InputError, match="dielectric_share = 1: must be below 1"):
+        Plan(model, {"dielectric_share": [1.0, 1.2]}).possible()
+
+
+def test_fields_of_a_device_that_exclude_one_another_leave_the_other_cells():
+    """The disc is as large as its film, larger, or - in other cells - smaller; options are in the units of those."""
+    over = {"disc_radius": [0.01, 0.025, 0.03], "film_radius": np.linspace(0.02, 0.03, 3)}
+    plan = Plan(PUMP, over, options={"patience": "30 s"})
+    cells, made, _ = plan.possible()
+    assert cells.tolist() == [0, 1, 2, 5]
+    at = {name: values[cells] for name, values in plan.grid.items()}
+    np.testing.assert_array_equal(made.radius_ratio, at["disc_radius"] / at["film_radius"])
+    scales = PUMP.replace_quietly(at).scales.time
+    assert float(plan.options["patience"]) == pytest.approx(30.0 / scales.min())
 
 
 def test_coordinates_say_what_begins_there():

@@ -45,7 +45,7 @@ def test_probability_and_its_interval_are_those_of_the_binomial():
         assert float(chance["high"][row]) == pytest.approx(interval.high, abs=1e-12)
     assert np.isnan(chance["probability"][4])
     assert (float(chance["low"][4]), float(chance["high"][4]), int(chance["decided"][4])) == (0.0, 1.0, 0)
-    for outcome in (Outcome.ERROR, Outcome.STEP_LIMIT):
+    for outcome in (Outcome.ERROR, Outcome.STEP_LIMIT, Outcome.IMPOSSIBLE):
         failed = probability(made_up([[chaos, rest]], [[outcome, Outcome.OK]]))
         assert (float(failed["probability"][0]), int(failed["decided"][0])) == (0.0, 1)
 

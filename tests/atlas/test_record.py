@@ -95,7 +95,11 @@ def test_what_a_store_holds_is_counted_by_where_it_comes_from(monkeypatch):
     plan = Plan(ConeModel(), {"voltage": [0.1, 0.2, 0.3]})
     monkeypatch.setattr(module, "read_plan", lambda path: plan_record(plan, REGIME, None))
     status = np.array([Status.COMPUTED, Status.MISSING, Status.INFERRED], dtype=np.uint8)
-    held = {"status": Field((), status, {}), "lowest": Field((), np.array([1.0, np.nan, 3.0]), {"units": "1"})}
+    held = {
+        "status": Field((), status, {}),
+        "outcome": Field((), 0 * status, {}),
+        "lowest": Field((), np.array([1.0, np.nan, 3.0]), {"units": "1"}),
+    }
     monkeypatch.setattr(module.Store, "read", lambda self: held)
     found = module.show("map.zarr")
     totals = json.loads(found.attrs["totals"])
@@ -123,7 +127,7 @@ def test_the_store_of_a_device_is_shown_in_its_units(monkeypatch):
 
 def test_a_sweep_says_where_its_cells_begin_and_what_it_was_asked():
     plan = Plan(ConeModel(), {"voltage": [0.4, 0.8]}, (0.5, 0.25), options={"budget": 99.0})
-    fields = {"status": Field((), np.array([Status.COMPUTED] * 2), {})}
+    fields = {"status": Field((), np.array([Status.COMPUTED] * 2), {}), "outcome": Field((), np.zeros(2), {})}
     found = module.label(plan, find_analysis("regime"), fields, np.array([0, 0]), Tally(2), "a title")
     options = json.loads(found.attrs["options"])
     assert (options["initial"], options["budget"], found.attrs["title"]) == ([0.5, 0.25], 99.0, "a title")

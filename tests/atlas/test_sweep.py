@@ -238,6 +238,89 @@ def test_a_cell_that_raises_an_error_is_told_and_stops_nothing(monkeypatch):
     assert json.loads(result.attrs["totals"])["failed"] == 1
 
 
+SHARES = Plan(
+    ConeModel(dielectric_share=0.3, dielectric_time=2.0), {"dielectric_share": [0.2, 0.5, 1.0], "voltage": [0.1, 0.2]}
+)
+"""Plan of which the last row makes no actuator: of the permittivity only a part follows late."""
+
+
+def test_cells_that_make_no_actuator_say_why_and_change_no_other(tmp_path):
+    found = sweep(SHARES, "limits", store=tmp_path / "s")
+    assert found["outcome"].values.tolist() == [[0, 0], [0, 0], [Outcome.IMPOSSIBLE] * 2]
+    assert found.attrs["impossible"].startswith("dielectric_share = 1: must be below 1")
+    assert json.loads(found.attrs["totals"])["failed"] == 2
+    good = sweep(replace(SHARES, over={**SHARES.over, "dielectric_share": [0.2, 0.5]}), "limits")
+    assert "impossible" not in good.attrs
+    for name in ("pitchfork_voltage", "pull_in_voltage", "onset_voltage"):
+        np.testing.assert_array_equal(found[name].values[:2], good[name].values)
+        assert np.isnan(found[name].values[2]).all()
+    assert show(tmp_path / "s").attrs["impossible"] == found.attrs["impossible"]
+    words = gelcone.in_words(found).splitlines()
+    at = next(k for k, line in enumerate(words) if line.startswith("2 of 6 runs failed: has values that exclude"))
+    assert words[at + 1] == f"  the first of them: {found.attrs['impossible']}"
+
+
+def test_a_disc_as_large_as_its_film_makes_no_cell_of_a_device():
+    """Of which no warning is left, as of roots of negative widths."""
+    device = gelcone.find_device("biased-pump").replace(film="taut")
+    over = {"disc_radius": ["10 mm", "20 mm", "30 mm"], "film_radius": ["20 mm", "40 mm"]}
+    found = sweep(Plan(device, over), "limits")
+    bad = Outcome.IMPOSSIBLE
+    assert found["outcome"].values.tolist() == [[0, 0], [bad, 0], [bad, 0]]
+    assert found.attrs["impossible"].startswith("disc_radius = 20 mm: must be less than film_radius = 20 mm")
+    alone = gelcone.regime(device.replace(disc_radius="30 mm", film_radius="40 mm"), patience=5.0, budget=20.0)
+    map_ = gelcone.map(device, over, patience=5.0, budget=20.0)
+    assert float(map_["highest"][2, 1]) == float(alone["highest"])
+
+
+def test_a_store_with_cells_that_make_no_actuator_is_resumed_to_the_same(tmp_path, monkeypatch):
+    found = sweep(SHARES, "limits", store=tmp_path / "whole")
+    own, done = module.compute, []
+
+    def stopped(plan, analysis, cells, keep=()):
+        if done:
+            raise Interrupted
+        done.append(cells)
+        return own(plan, analysis, cells, keep)
+
+    monkeypatch.setattr(module, "compute", stopped)
+    monkeypatch.setattr(module, "TASK_CELLS", 1)
+    with pytest.raises(Interrupted):
+        sweep(SHARES, "limits", store=tmp_path / "s", threads=1)
+    monkeypatch.undo()
+    assert [cells.size for cells in done] == [1]
+    for _ in range(2):  # the second time there is nothing left to compute
+        same(sweep(SHARES, "limits", store=tmp_path / "s", resume=True), found)
+
+
+class Interrupted(BaseException):
+    """An interrupt, as by the user."""
+
+
+def test_a_sweep_of_which_no_cell_makes_an_actuator_is_refused():
+    with pytest.raises(InputError, match=r"dielectric_share = 1: must be below 1"):
+        sweep(replace(SHARES, over={"dielectric_share": [1.0, 1.5]}), "limits")
+
+
+def test_a_lattice_whose_points_make_no_actuator_is_refined_all_the_same(monkeypatch):
+    """The corners of the grid alone, which are all cells that are computed at first."""
+    made = Plan.at
+
+    def without_corners(self, values):
+        ends = [np.isin(own, self.over[name][[0, -1]]) for name, own in values.items()]
+        if np.logical_and.reduce(ends).any():
+            raise InputError("a corner")
+        return made(self, values)
+
+    monkeypatch.setattr(Plan, "at", without_corners)
+    plan = Plan(DAMPED, {"voltage": np.linspace(0.0, 0.4, 3), "prestretch": np.linspace(0.8, 1.6, 3)}, options=QUICK)
+    found = sweep(plan, coarsest=2)
+    assert found["outcome"].values[[0, 0, 2, 2], [0, 2, 0, 2]].tolist() == [Outcome.IMPOSSIBLE] * 4
+    assert found.attrs["impossible"] == "a corner"
+    computed = found["status"] == Status.COMPUTED
+    assert json.loads(found.attrs["totals"])["computed"] == int(computed.sum())
+
+
 def test_progress_counts_every_cell(watched):
     _, tallies, _ = watched
     counts = [tally.computed for tally in tallies]
@@ -671,7 +754,8 @@ def made_up(regime, outcome, sign, **more):
 
 
 def cells_of(size=6, draws=()):
-    return module._Cells(SimpleNamespace(size=size, shape=(2, size // 2), draws=draws), ("regime", "sign"))
+    plan = SimpleNamespace(size=size, shape=(2, size // 2), draws=draws)
+    return module._Cells(plan, ("regime", "sign"), np.arange(size))
 
 
 def test_cells_are_counted_once_by_what_became_of_them():
@@ -706,7 +790,7 @@ def test_cells_that_were_not_computed_take_all_fields_of_their_source():
 def test_borders_have_a_dimension_unless_cells_are_draws():
     kinds, dimensions = (np.arange(33)[:, None] > np.arange(33)).ravel(), []
     for draws in ((), ("voltage",)):
-        own = module._Cells(SimpleNamespace(size=33 * 33, shape=(33, 33), draws=draws), ("regime",))
+        own = module._Cells(SimpleNamespace(size=33 * 33, shape=(33, 33), draws=draws), ("regime",), np.arange(33 * 33))
         own.take([(np.arange(33 * 33), made_up(kinds, 0 * kinds, 0 * kinds))], 1)
         own.infer(Refined(np.arange(33 * 33)))
         dimensions.append(own.tally.border)
@@ -721,7 +805,7 @@ def test_cells_are_of_one_kind_where_all_that_distinguishes_them_is_the_same():
     kinds = own.kinds(np.arange(regimes.size))
     assert np.unique(kinds).size == regimes.size
     assert own.kinds(np.array([7]))[0] == kinds[7]
-    assert (module._Cells(SimpleNamespace(size=4), ()).kinds(np.arange(4)) == 0).all()
+    assert (module._Cells(SimpleNamespace(size=4), (), np.arange(4)).kinds(np.arange(4)) == 0).all()
 
 
 @pytest.mark.parametrize(("analysis", "name"), [("regime", "budget"), ("regime", "patience"), ("lyapunov", "window")])

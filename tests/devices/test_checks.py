@@ -95,6 +95,8 @@ def test_of_several_discs_too_large_the_worst_is_named_with_its_own_film():
     assert str(refused.value) == told
     with pytest.raises(InputError, match="disc_radius = 30 mm: must be less than film_radius = 30 mm"):
         PUMP.replace(disc_radius=30e-3)
+    with pytest.raises(InputError, match="disc_radius = 30 mm: must be less than film_radius = 30 mm"):
+        PUMP.replace(disc_radius=30e-3, film_radius=30e-3 * (1.0 + 1e-15))
 
 
 @pytest.mark.parametrize(

@@ -322,11 +322,13 @@ def state_lines(result: xr.Dataset, subject: Subject) -> list[str]:
 
 
 def outcome_lines(result: xr.Dataset) -> list[str]:
-    """Count the runs that failed, a line for each kind of failure, with the remedy."""
+    """Count the runs that failed, a line for each kind of failure, with the remedy, and the reason of the first that is
+    impossible."""
     codes = result["outcome"].values.ravel()
     counts = {outcome: int((codes == outcome).sum()) for outcome in Outcome if outcome}
     share = "" if codes.size == 1 else f" of {codes.size} runs"
-    return [f"{n if share else ''}{share} failed: {outcome.meaning}".lstrip() for outcome, n in counts.items() if n]
+    lines = [f"{n if share else ''}{share} failed: {outcome.meaning}".lstrip() for outcome, n in counts.items() if n]
+    return lines + [f"  the first of them: {result.attrs[name]}" for name in ("impossible",) if name in result.attrs]
 
 
 def ending_lines(result: xr.Dataset) -> list[str]:

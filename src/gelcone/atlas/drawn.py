@@ -117,7 +117,7 @@ def over_draws(
     if initial is not None and analysis in ("envelope", SHEET):
         raise InputError(f"initial: {analysis} has a start of its own; leave it out")
     plan = Plan(model, {}, initial, values, {} if analysis in (*ALONE, SHEET) else options)
-    members = plan.at(plan.grid)[0].members()
+    members = plan.possible()[1].members()
     with interpolated_curves(members) as between:
         if analysis == SHEET:
             found = _sheet(plan, options, threads, progress)

@@ -124,12 +124,12 @@ def with_quantity(result: xr.Dataset, plan: Plan, also: str | None, **options: A
         own = {name: value for name, value in plan.options.items() if name in known}
         found = plain(sweep)(replace(plan, options=own), "settled", **options)
         return result.assign(power=found["power"])
-    model, _ = plan.at(plan.grid)
+    cells, model, _ = plan.possible()
     members = model.members()
-    there, margin = inside(members, 0.0), np.full(members.size, np.nan)
+    there, margin = inside(members, 0.0), np.full(plan.size, np.nan)
     if there.any():
         part = members.take(there)
-        margin[there] = 1.0 - part.peak_voltage / jump_voltages(part)[0]
+        margin[cells[there]] = 1.0 - part.peak_voltage / jump_voltages(part)[0]
     return result.assign(margin=(tuple(plan.over), margin.reshape(plan.shape), dataset.attributes(*_MARGIN)))
 
 

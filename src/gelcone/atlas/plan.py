@@ -6,7 +6,7 @@ grouping and by any worker, with the same result to the last bit.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone.dataset import attributes
-from gelcone.devices.analysis import check_model, check_one, dimensionless
+from gelcone.devices.analysis import Scaled, check_model, check_one, dimensionless
 from gelcone.devices.device import Device
 from gelcone.devices.points import GELS, at, device_at, field_attributes, read_state, read_swept, shown_value
 from gelcone.errors import InputError, check_name, described
@@ -56,7 +56,8 @@ class Plan:
     Raises
     ------
     InputError : for an unknown name, fewer than two values, values that do not increase or are out of bounds, an
-        ensemble as model, an initial state of the wrong shape, or draws of unlike number or of a swept name.
+        ensemble as model, an initial state of the wrong shape, or draws of unlike number or of a swept name. Values
+        within bounds that exclude one another, such as a disc larger than its film, are refused where cells are made.
 
     Examples
     --------
@@ -104,10 +105,14 @@ class Plan:
         """The options, for a device scaled from SI to the model."""
         if self.device is None:
             return dict(self.options)
-        if not self.options:
-            return {}
         known = {name: option.quantity for own in sweepable().values() for name, option in own.options.items()}
-        return dimensionless(known, self.options, at(self.device, self.grid).scales)
+        if all(
+            value is None or isinstance(value, Scaled) or not known.get(name) for name, value in self.options.items()
+        ):
+            return dict(self.options)
+        device = self.device
+        made = self.values(self._makes(lambda values: at(device, values), np.arange(self.size)))
+        return dimensionless(known, self.options, at(device, made).scales)
 
     def _initial(self) -> tuple[float, ...] | None:
         """The checked initial state; None for a device that starts from its own."""
@@ -160,9 +165,7 @@ class Plan:
             return STATES[name].check(name, values)
         if name in self._own_states:
             return Quantity(name, "initial state", 0.0).check(name, values)
-        checked = self.cone.system.parameters[name].check(name, values)
-        self.cone.replace(**{name: checked})
-        return checked
+        return self.cone.system.parameters[name].check(name, values)
 
     def check_order(self, command: str) -> None:
         """Raises `InputError` for a plan over gels, which have no order."""
@@ -195,6 +198,44 @@ class Plan:
         places = dict(zip(self.dims, np.unravel_index(cells, self.shape), strict=True))
         swept = {name: values[places[name]] for name, values in self.over.items()}
         return swept | {name: values[places["draw"]] for name, values in self.draws.items()}
+
+    def possible(self) -> tuple[npt.NDArray[np.intp], ConeModel, Array]:
+        """The cells whose values make an actuator, by rising index, with their models and initial states as from `at`.
+
+        Raises `InputError`, the reason of the first cell, where none does.
+        """
+        cells = np.arange(self.size)
+        try:
+            return (cells, *self.at(self.grid))
+        except InputError:
+            made = self._makes(self.at, cells)
+        return (made, *self.at(self.values(made)))
+
+    def refusal(self, cell: int) -> str:
+        """The reason why the values of a cell make no actuator; empty where they do."""
+        try:
+            self.at(self.values(np.array([cell])))
+        except InputError as error:
+            return str(error)
+        return ""
+
+    def _makes(self, make: Callable[[dict[str, Array]], Any], cells: npt.NDArray[np.intp]) -> npt.NDArray[np.intp]:
+        """The cells whose values a function takes; it raises `InputError` for others, and so does this for all."""
+        try:
+            make(self.values(cells))
+            return cells
+        except InputError:
+            if cells.size == 1:
+                raise
+        refused, made = list[InputError](), list[npt.NDArray[np.intp]]()
+        for half in np.array_split(cells, 2):
+            try:
+                made.append(self._makes(make, half))
+            except InputError as error:
+                refused.append(error)
+        if not made:
+            raise refused[0]
+        return np.concatenate(made)
 
     def at(self, values: Mapping[str, Array]) -> tuple[ConeModel, Array]:
         """Models and initial states, shape (cells, 2) or (cells, N), at given values of the swept names."""

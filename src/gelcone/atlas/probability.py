@@ -14,6 +14,9 @@ from gelcone.statistics import CONFIDENCE, share_interval
 if TYPE_CHECKING:
     import xarray as xr
 
+UNDECIDED = (Outcome.STEP_LIMIT, Outcome.ERROR, Outcome.IMPOSSIBLE)
+"""Outcomes of cells of whose motion nothing is known."""
+
 
 def probability(cells: xr.Dataset, kind: Regime = Regime.CHAOTIC, *, confidence: float = CONFIDENCE) -> xr.Dataset:
     """Compute the probability of a kind of motion at every point of a grid, from the draws made there.
@@ -47,7 +50,7 @@ def probability(cells: xr.Dataset, kind: Regime = Regime.CHAOTIC, *, confidence:
     check_draws("probability", cells)
     if not 0.0 < confidence < 1.0:
         raise InputError(f"confidence = {confidence}: must be between 0 and 1")
-    regime, failed = cells["regime"], cells["outcome"].isin([Outcome.STEP_LIMIT, Outcome.ERROR])
+    regime, failed = cells["regime"], cells["outcome"].isin(list(UNDECIDED))
     decided = ~failed & (regime != Regime.TRANSIENT) & (regime >= 0)
     n = decided.sum("draw")
     k = (decided & (regime == kind)).sum("draw")

@@ -15,6 +15,7 @@ from gelcone import dataset
 from gelcone._version import __version__
 from gelcone.atlas.plan import Plan, about
 from gelcone.atlas.store import Field, Status, Store, read_plan
+from gelcone.codes import Outcome
 from gelcone.devices.analysis import analysis, scaled
 from gelcone.devices.device import Device
 from gelcone.devices.si import DRAWN, device_attributes, to_si
@@ -188,4 +189,6 @@ def label(
     axes = {name: (f.dims, f.values, dict(f.attributes)) for name, f in coordinates(plan).items()}
     result = dataset.name_dims(result.assign_coords(axes).assign(variables), plan.cone.system)
     own = {} if plan.device is None else device_attributes(plan.device)
+    refused = (fields["outcome"].values == Outcome.IMPOSSIBLE) & (fields["status"].values == Status.COMPUTED)
+    own |= {"impossible": plan.refusal(int(refused.argmax()))} if refused.any() else {}
     return result.assign_attrs(analysis=analysis.name, totals=json.dumps(tally.record()), **own)

@@ -101,12 +101,14 @@ def sweep(
     -------
     Dataset over the plan's axes, in SI units for a device, with the variables of the analysis, ``status`` (of `Status`)
     and ``source``, the flattened index of the cell whose values a cell carries: its own where it was computed.
-    ``attrs["totals"]`` holds the `Tally`.
+    ``attrs["totals"]`` holds the `Tally`. Cells whose values exclude one another, such as a disc larger than its film,
+    have the outcome ``impossible``, and ``attrs["impossible"]`` states why the first of them has.
 
     Raises
     ------
-    InputError : for an unknown analysis or option, an analysis that cannot be swept or refined, no cell inside its
-        stretch limit, threads as well as workers, and what `gelcone.atlas.store.open_store` refuses.
+    InputError : for an unknown analysis or option, an analysis that cannot be swept or refined, no cell that is
+        possible and inside its stretch limit, threads as well as workers, and what
+        `gelcone.atlas.store.open_store` refuses.
 
     Examples
     --------
@@ -123,14 +125,15 @@ def sweep(
         )
     found = find_analysis(analysis)
     options = check_sweepable(found, plan, coarsest, keep)
-    start_states(*plan.at(plan.grid))
+    possible, models, states = plan.possible()
+    start_states(models, states)
     if workers is not None and not callable(workers):
         raise InputError(f"workers: was given {described(workers)}; give gelcone.cluster(workers=N), or threads=N")
     if workers is not None and threads is not None:
         raise InputError(f"threads = {threads}: workers are given too; give one of them")
     report = _reporter(watch, progress)
     compute_cells = partial(_task, replace(plan, options=options), found, tuple(keep))
-    cells = _Cells(plan, found.kinds)
+    cells = _Cells(plan, found.kinds, possible)
     with ExitStack() as stack:
         if store is not None and GELS in plan.over:
             raise InputError("store: keeps no sweep over gels; leave it out, or sweep the numbers of the material")
@@ -235,15 +238,26 @@ Task = Callable[[Cells], list[Part]]
 
 
 def _work(cells: _Cells, team: Team, task: Task, progress: Callable[[Tally], None], asked: Cells) -> Kinds:
-    """Lets the workers compute the cells that are missing, and returns the kinds of all."""
+    """Lets the workers compute the cells that are missing and possible, and returns the kinds of all."""
     cells.ask(asked)
-    tasks = _tasks(asked[~cells.computed[asked]], team.size)
-    for parts, steps in team.run(task, tasks):
+    missing = asked[~cells.computed[asked]]
+    possible = cells.possible[missing]
+    for parts, steps in team.run(task, _tasks(missing[possible], team.size)):
         cells.take(parts, steps)
         progress(cells.tally)
+    if not cells.fields and not possible.any():
+        for parts, _ in team.run(task, iter([np.flatnonzero(cells.possible)[:1]])):
+            cells.begin(parts)
     if not cells.fields:
         raise InputError("the analysis raises an error in every cell; run one of them alone to see it")
+    cells.take([_impossible(missing[~possible])], 0)
     return cells.kinds(asked)
+
+
+def _impossible(cells: Cells) -> Part:
+    """Cells of which no actuator can be made."""
+    outcome = np.full(cells.size, Outcome.IMPOSSIBLE, dtype=np.int8)
+    return cells, {"outcome": Field((), outcome, dataset.OUTCOME_ATTRIBUTES)}
 
 
 def _spread(cells: Cells) -> Cells:
@@ -285,8 +299,10 @@ def _task(plan: Plan, analysis: Analysis, keep: tuple[str, ...], cells: Cells) -
 class _Cells:
     """The computed cells of a plan, in memory and - with a store - on disk."""
 
-    def __init__(self, plan: Plan, kinds: tuple[str, ...]) -> None:
+    def __init__(self, plan: Plan, kinds: tuple[str, ...], possible: Cells) -> None:
         self.plan = plan
+        self.possible = np.zeros(plan.size, dtype=bool)
+        self.possible[possible] = True
         self._kinds = kinds
         self.fields: dict[str, Field] = {}
         self.computed = np.zeros(plan.size, dtype=bool)
@@ -312,9 +328,7 @@ class _Cells:
     def take(self, parts: list[Part], steps: int) -> None:
         """Stores the results of a task; cells without a result get the outcome `Outcome.ERROR`."""
         self.tally = replace(self.tally, steps=self.tally.steps + steps)
-        known = [result for _, result in parts if result is not None]
-        if not self.fields and known:
-            self._begin(known[0])
+        known = self.begin(parts)
         if self._store is not None and known and (lacks := sorted(known[0].keys() - self.fields.keys())):
             raise InputError(
                 f"{self._store.path}: its cells lack {lacks[0]}: an earlier version began it; finish it with that "
@@ -334,6 +348,13 @@ class _Cells:
         self._untaken = []
         if time.monotonic() > self._write_at:
             self.flush()
+
+    def begin(self, parts: list[Part]) -> list[dict[str, Field]]:
+        """Begins the fields of all cells as the first of the results, which are returned."""
+        known = [result for _, result in parts if result is not None]
+        if not self.fields and known:
+            self._begin(known[0])
+        return known
 
     def _count(self, cells: Cells) -> None:
         tally = self.tally

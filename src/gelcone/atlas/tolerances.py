@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone import dataset
-from gelcone.atlas.probability import check_draws
+from gelcone.atlas.probability import UNDECIDED, check_draws
 from gelcone.codes import Outcome, Regime
 from gelcone.quantity import Array
 from gelcone.statistics import CONFIDENCE, share_interval
@@ -23,7 +23,6 @@ RESAMPLES = 400
 """Bootstrapped samples behind the ends of Sobol indices (Archer et al., J. Stat. Comput. Simul. 58 (1997) 99)."""
 AT_ONCE = 2**20
 """Strokes of all samples in memory at a time."""
-UNDECIDED = (Outcome.STEP_LIMIT, Outcome.ERROR)
 Kinds = npt.NDArray[np.bool_]
 
 

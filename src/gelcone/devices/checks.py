@@ -16,6 +16,8 @@ from gelcone.physics.statics import every_balance
 
 THICK = 0.5
 """Thickness, over the width b - a of the ring, above which a film is too thick for the membrane model."""
+SAME = 1e-9
+"""Share by which radii differ that are one, as where 25 mm is a value of two axes, with different rounding."""
 _FAR = {"m": 10.0, "kg": 10.0, "Pa": 10.0, "m/s^2": 1.0, "ohm": 1.0}
 """Units of fields whose values are compared with the usual range -> the factor beyond the range that causes a warning.
 A drive may be as small as one likes."""
@@ -67,7 +69,7 @@ def _own_misfits(device: DeviceFields) -> Iterator[FieldError]:
 
 def _size_misfits(device: DeviceFields) -> Iterator[FieldError]:
     disc, film = np.broadcast_arrays(device.disc_radius, device.film_radius)
-    if (disc >= film).any():
+    if (disc >= (1.0 - SAME) * film).any():
         at = int(np.argmax(disc - film))
         yield FieldError(
             "disc_radius",

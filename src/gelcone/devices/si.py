@@ -152,7 +152,8 @@ def to_si(result: xr.Dataset, device: Device | None = None) -> xr.Dataset:
     if not isinstance(device, Device):
         raise InputError("to_si: the result does not say of which device it is; give the device too")
     result = _with_member_fields(result, device)
-    everywhere, found = Scales.of(_getter(result, device)), {}
+    with np.errstate(invalid="ignore", divide="ignore"):  # cells that make no actuator have no scales
+        everywhere, found = Scales.of(_getter(result, device)), {}
     for name, variable in result.variables.items():
         own_fields = variable.attrs.get("along")
         scales = Scales.of(_getter(result, device, str(own_fields))) if own_fields else everywhere
