@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.interpolate import BPoly, PPoly
 
 from gelcone import dataset
 from gelcone.codes import Outcome
@@ -17,8 +18,8 @@ from gelcone.motion.rest import rest_under
 from gelcone.motion.settle import check_budgets, check_default_duration, times_of_run
 from gelcone.motion.state_space import equilibrium_under_bias
 from gelcone.motion.static_results import constant_voltages, own_levels
+from gelcone.motion.turning import acceleration_at
 from gelcone.motion.validity import validity_of_run, validity_variables
-from gelcone.physics.bracket import crossing
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress, advance, weighted
 from gelcone.quantity import Array, Time, Voltage, Voltages
@@ -37,6 +38,8 @@ STILL = 1e-9
 """Way, in b - a, below which the disc does not move."""
 LATE = 0.1
 """Last share of the run, over which the end and the drift are taken."""
+SAMPLES = 2001
+"""Times in the last share."""
 
 
 @analysis(
@@ -78,9 +81,9 @@ def step(
     -------
     Dataset with the ``before_voltage``, over ``constant_voltage`` ``initial_displacement`` and ``final_displacement``,
     the displacement before the step and its mean over the last tenth of the run; ``rise_time``, from 10 to 90 % of the
-    way between them; ``overshoot``, the furthest beyond the end over the way; ``settling_time``, after which the disc
-    stays within 2 % of the way (NaN where it does not); ``drift``, by how much it still moves in the last tenth, over
-    the way; ``equilibrium_displacement``, where a slow ramp to the voltage ends; and over ``time`` the
+    way between them, first passed; ``overshoot``, the furthest beyond the end over the way; ``settling_time``, after
+    which the disc stays within 2 % of the way (NaN where it does not); ``drift``, by how much it still moves in the
+    last tenth, over the way; ``equilibrium_displacement``, where a slow ramp to the voltage ends; and over ``time`` the
     ``displacement``. All but ``initial_displacement`` are NaN where the film pulls in, which the ``outcome`` says.
     ``validity_*`` are those of `simulate`, of the run after the step.
 
@@ -109,7 +112,9 @@ def step(
     states = np.tile(rest_under(biased_like(model, before), start, before), (members.size, 1))
     run = integrate(members, states, times, tolerance=tolerance, threads=threads, progress=weighted(progress, 0.5))
     x, ran = run.states[..., 0], run.outcome == Outcome.OK
-    found = {name: np.where(ran, values, np.nan) for name, values in _measured(times, x, start).items()}
+    pulls = acceleration_at(members, np.broadcast_to(times, x.shape), run.states)
+    motion = np.stack([x, run.states[..., 1], pulls], axis=-1)
+    found = {name: np.where(ran, values, np.nan) for name, values in _measured(times, motion, start).items()}
     found["initial_displacement"] = np.full(levels.size, start)
     found["equilibrium_displacement"] = stroke_and_blocked_force(model, levels)["displacement"].values
     advance(progress, 0.5)
@@ -163,29 +168,38 @@ def _duration(damping_ratio: float, time_constant: float, given: float | None) -
     return max(damped, relaxed)
 
 
-def _measured(times: Array, x: Array, start: float) -> dict[str, Array]:
-    """Numbers of steps (members,) from displacements (members, samples); NaN where the disc does not move."""
-    late = times >= (1.0 - LATE) * times[-1]
-    end = x[:, late].mean(axis=1)
+def _measured(times: Array, motion: Array, start: float) -> dict[str, Array]:
+    """Numbers of steps (members,) from displacement, velocity and acceleration (members, samples, 3); NaN where the
+    disc does not move, and of a motion that has ended."""
+    rows = [_of_path(times, own, start) if np.isfinite(own).all() else np.full(5, np.nan) for own in motion]
+    names = ("final_displacement", "rise_time", "overshoot", "settling_time", "drift")
+    return dict(zip(names, np.array(rows).T, strict=True))
+
+
+def _of_path(times: Array, motion: Array, start: float) -> list[float]:
+    """The numbers of one step, on the quintics through its samples."""
+    path = PPoly.from_bernstein_basis(BPoly.from_derivatives(times, motion))
+    late = np.linspace(1.0 - LATE, 1.0, SAMPLES) * times[-1]
+    end = float(path(late).mean())
     way = end - start
-    with np.errstate(all="ignore"):
-        share = (x - start) / way[:, None]
-        first = {level: np.array([crossing(times, row, level) for row in share]) for level in RISE}
-        away = np.abs(share - 1.0) > SETTLED
-        last = np.where(away.any(axis=1), x.shape[1] - 1 - np.argmax(away[:, ::-1], axis=1), 0)
-        settling = np.where(last < x.shape[1] - 1, times[np.minimum(last + 1, x.shape[1] - 1)], np.nan)
-        drift = _slope(times[late], x[:, late]) * LATE * times[-1] / way
-    moves = np.abs(way) > STILL
-    numbers: dict[str, Any] = {
-        "rise_time": first[RISE[1]] - first[RISE[0]],
-        "overshoot": np.maximum(share.max(axis=1) - 1.0, 0.0),
-        "settling_time": settling,
-        "drift": drift,
-    }
-    return {"final_displacement": end} | {name: np.where(moves, values, np.nan) for name, values in numbers.items()}
+    if not abs(way) > STILL:
+        return [end, *[np.nan] * 4]
+
+    def passes(share: float) -> Array:
+        found = path.solve(start + share * way, extrapolate=False)
+        return found[np.isfinite(found)]  # a piece that stays there has none
+
+    first = [passes(share).min(initial=np.inf) for share in RISE]
+    turning = path.derivative().roots(extrapolate=False)
+    places = np.append(path(turning[np.isfinite(turning)]), motion[:, 0])
+    last = max(passes(1.0 + side * SETTLED).max(initial=-np.inf) for side in (-1.0, 1.0))
+    settles = abs(motion[-1, 0] - end) <= SETTLED * abs(way)
+    overshoot = max(float(((places - end) / way).max()), 0.0)
+    drift = _slope(late, path(late)) * LATE * times[-1] / way
+    return [end, first[1] - first[0], overshoot, last if settles else np.nan, drift]
 
 
-def _slope(times: Array, x: Array) -> Array:
-    """Slopes of straight lines fitted to rows of samples."""
+def _slope(times: Array, x: Array) -> float:
+    """The slope of the straight line fitted to samples."""
     away = times - times.mean()
-    return np.asarray((x * away).sum(axis=1) / (away * away).sum())
+    return float((x * away).sum() / (away * away).sum())
