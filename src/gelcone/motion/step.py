@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.interpolate import BPoly, PPoly
+from scipy.interpolate import PPoly
+from scipy.optimize import brentq
 
 from gelcone import dataset
 from gelcone.codes import Outcome
@@ -18,7 +19,7 @@ from gelcone.motion.rest import rest_under
 from gelcone.motion.settle import check_budgets, check_default_duration, times_of_run
 from gelcone.motion.state_space import equilibrium_under_bias
 from gelcone.motion.static_results import constant_voltages, own_levels
-from gelcone.motion.turning import acceleration_at
+from gelcone.motion.turning import acceleration_at, quintic, turning_share
 from gelcone.motion.validity import validity_of_run, validity_variables
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress, advance, weighted
@@ -177,26 +178,38 @@ def _measured(times: Array, motion: Array, start: float) -> dict[str, Array]:
 
 
 def _of_path(times: Array, motion: Array, start: float) -> list[float]:
-    """The numbers of one step, on the quintics through its samples."""
-    path = PPoly.from_bernstein_basis(BPoly.from_derivatives(times, motion))
+    """The numbers of one step, on the quintics through its samples; between the places, samples and turning points, the
+    disc moves one way."""
+    path, places = _path(times, motion)
     late = np.linspace(1.0 - LATE, 1.0, SAMPLES) * times[-1]
     end = float(path(late).mean())
     way = end - start
     if not abs(way) > STILL:
         return [end, *[np.nan] * 4]
+    share = (path(places) - start) / way
 
-    def passes(share: float) -> Array:
-        found = path.solve(start + share * way, extrapolate=False)
-        return found[np.isfinite(found)]  # a piece that stays there has none
+    def passes(level: float, k: int) -> float:
+        """The time at which the share of the way is ``level``, between two places."""
+        return float(brentq(lambda time: (path(time) - start) / way - level, places[k], places[k + 1]))
 
-    first = [passes(share).min(initial=np.inf) for share in RISE]
-    turning = path.derivative().roots(extrapolate=False)
-    places = np.append(path(turning[np.isfinite(turning)]), motion[:, 0])
-    last = max(passes(1.0 + side * SETTLED).max(initial=-np.inf) for side in (-1.0, 1.0))
-    settles = abs(motion[-1, 0] - end) <= SETTLED * abs(way)
-    overshoot = max(float(((places - end) / way).max()), 0.0)
+    first = [passes(level, int(np.argmax(share >= level)) - 1) for level in RISE]
+    last = int(np.flatnonzero(np.abs(share - 1.0) > SETTLED)[-1])
+    settling = passes(1.0 + np.copysign(SETTLED, share[last] - 1.0), last) if last < places.size - 1 else np.nan
     drift = _slope(late, path(late)) * LATE * times[-1] / way
-    return [end, first[1] - first[0], overshoot, last if settles else np.nan, drift]
+    return [end, first[1] - first[0], max(float(share.max()) - 1.0, 0.0), settling, drift]
+
+
+def _path(times: Array, motion: Array) -> tuple[PPoly, Array]:
+    """The quintics through displacements, velocities and accelerations (samples, 3), and the times of the samples and
+    turning points."""
+    gap, sides = np.diff(times), np.stack([motion[:-1], motion[1:]], axis=1)
+    x, u, a = sides[..., 0], sides[..., 1] * gap[:, None], sides[..., 2] * (gap * gap)[:, None]
+    below = [x[:, 0], u[:, 0], 0.5 * a[:, 0]]
+    above = quintic(x[:, 1] - sum(below), u[:, 1] - u[:, 0] - a[:, 0], a[:, 1] - a[:, 0])
+    terms = [term / gap**k for k, term in enumerate([*below, *above])]
+    turns = np.flatnonzero(sides[:, 0, 1] * sides[:, 1, 1] < 0.0)
+    found = turning_share(gap[turns], *(np.moveaxis(sides[turns], -1, 0)))
+    return PPoly(np.array(terms[::-1]), times), np.sort(np.append(times, times[turns] + found * gap[turns]))
 
 
 def _slope(times: Array, x: Array) -> float:
