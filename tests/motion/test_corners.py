@@ -53,7 +53,7 @@ def test_a_held_film_has_the_current_of_a_capacitor_between_its_corners(waveform
     a square 2 r (2 A f/r)^2 with the share r of its rise."""
     amplitude, bias, frequency = 0.1, 0.4, 0.7 / (2.0 * np.pi)
     members, path = path_of(held(**waveform, voltage=amplitude, voltage_bias=bias))
-    voltage, current = root_mean_squares(members, members.system.lines[0], path)
+    ((voltage, current),) = root_mean_squares(members, path)
     assert voltage[0] == pytest.approx(np.sqrt(bias**2 + squares * amplitude**2), rel=1e-6)
     assert current[0] == pytest.approx(CAPACITANCE * 4.0 * amplitude * frequency * np.sqrt(rates), rel=1e-3)
 
@@ -94,12 +94,15 @@ def test_members_with_fewer_corners_end_at_their_own_time(monkeypatch):
 
 
 def test_a_source_has_its_own_voltage_and_the_current_of_all_its_films():
-    times = np.zeros((1, 2))
+    """Those of all sources are computed together, since each takes the voltages and currents of all films."""
+    times, asked = np.zeros((1, 2)), []
     path = Weighted(times, np.zeros((1, 2, 2)), np.array([[0.25, 0.75]]), *UNUSED)
     system = SimpleNamespace(
-        source_voltages=lambda *_: [7.0, np.array([[1.0, 3.0]]), np.array([[1.0, 3.0]])],
-        currents=lambda *_: [100.0, np.array([[2.0, 4.0]]), np.array([[1.0, -2.0]])],
+        source_voltages=lambda *_: [np.array([[7.0, 7.0]]), np.array([[1.0, 3.0]]), np.array([[1.0, 3.0]])],
+        currents=lambda *_: asked.append(1) or [100.0, np.array([[2.0, 4.0]]), np.array([[1.0, -2.0]])],
+        lines=(SimpleNamespace(films=(0,)), SimpleNamespace(films=(1, 2))),
     )
-    members, line = MadeUp(system=system), SimpleNamespace(films=(1, 2))
-    voltage, current = root_mean_squares(members, line, path)
+    first, (voltage, current) = root_mean_squares(MadeUp(system=system), path)
+    assert (first[0][0], first[1][0]) == (7.0, 100.0)
     assert (voltage[0], current[0]) == (np.sqrt(0.25 + 0.75 * 9.0), np.sqrt(0.25 * 9.0 + 0.75 * 4.0))
+    assert len(asked) == 1

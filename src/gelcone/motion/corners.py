@@ -13,7 +13,6 @@ import numpy as np
 from gelcone.motion.flow import integrate
 from gelcone.motion.jumps import increasing
 from gelcone.physics.members import Members
-from gelcone.physics.structure import Line
 from gelcone.quantity import Array
 
 PER_PERIOD = 16
@@ -74,9 +73,13 @@ def between_corners(members: Members, begin: Array, start: Array, spans: Array, 
     return Weighted(times, states, weights, begin, start, end)
 
 
-def root_mean_squares(members: Members, line: Line, path: Weighted) -> tuple[Array, Array]:
-    """Root mean squares of a source's voltage and current, (members,) each."""
-    voltage = members.along(members.system.source_voltages, path.times, path.states)[line.films[0]]
+def root_mean_squares(members: Members, path: Weighted) -> list[tuple[Array, Array]]:
+    """Root mean squares of the voltage and the current of each line's source, (members,) each."""
+    voltages = members.along(members.system.source_voltages, path.times, path.states)
     currents = members.along(members.system.currents, path.times, path.states)
-    current = sum((currents[k] for k in line.films[1:]), currents[line.films[0]])
-    return np.sqrt(path.mean(voltage * voltage)), np.sqrt(path.mean(current * current))
+    found = []
+    for line in members.system.lines:
+        voltage = voltages[line.films[0]]
+        current = sum((currents[k] for k in line.films[1:]), currents[line.films[0]])
+        found.append((np.sqrt(path.mean(voltage * voltage)), np.sqrt(path.mean(current * current))))
+    return found

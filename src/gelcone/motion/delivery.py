@@ -38,7 +38,9 @@ def delivered(members: Members, times: Array, states: Array, lost: Array) -> dic
     ran, whole = ~np.isnan(states[..., 0]), np.isfinite(states[:, -1, 0])
     found, halves = dict[str, Variable](), _between_corners(members, times, states, half)
     sampled = sampled_evenly(times[:, 1:], states[:, 1:], states[:, 0], times[:, 0], times[:, -1])
-    for line in members.system.lines:
+    with np.errstate(all="ignore"):
+        closer = root_mean_squares(members, halves[1]) if halves else []
+    for place, line in enumerate(members.system.lines):
         of, sizes = "the second film's source" if line.prefix else "the source", partial(_sizes, line)
         with np.errstate(all="ignore"):
             known = np.where(ran, _of_source(line, members, times, states), np.nan)
@@ -47,8 +49,7 @@ def delivered(members: Members, times: Array, states: Array, lost: Array) -> dic
             for peaks in (between, *(largest(members, path, sizes) for path in halves)):
                 highest = np.where(whole, np.maximum(highest, peaks), highest)
             if halves:
-                closer = root_mean_squares(members, line, halves[1])
-                rms = np.where(whole, closer, rms)
+                rms = np.where(whole, closer[place], rms)
         charge, current, rate = highest
         if line.circuit.jumps and line.drive != "constant":
             current, rate = (np.where(jumped, np.inf, peak) for peak in (current, rate))

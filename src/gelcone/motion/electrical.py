@@ -97,8 +97,7 @@ def path_of(members: Members, times: Array, states: Array, begin: Array, spans: 
 
 def apparent_power(members: Members, path: Weighted) -> Array:
     """Rms voltage times rms current of each source, summed over the sources, (members,)."""
-    pairs = [root_mean_squares(members, line, path) for line in members.system.lines]
-    return np.asarray(sum(voltage * current for voltage, current in pairs))
+    return np.asarray(sum(voltage * current for voltage, current in root_mean_squares(members, path)))
 
 
 def current_of(members: Members, times: Array, states: Array) -> Array:
