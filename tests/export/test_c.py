@@ -191,6 +191,17 @@ def test_outputs_of_a_taut_film_are_those_of_simulate(made):
     compared(exported, library, 1e-12)
 
 
+LEAKS = {"film": "taut", "material.resistivity": "2 Gohm m"}
+
+
+@pytest.mark.parametrize("more", [{}, {"series_resistance": "2 Mohm"}], ids=["ideal source", "behind a resistance"])
+def test_the_current_into_a_film_that_leaks_has_its_leak(made, more):
+    exported, library = made(f"leak {len(more)}", device(**LEAKS, **more), "pump", True, 1e-15)
+    right = compared(exported, library, 1e-9)
+    dry = gelcone.simulate(exported.device.replace({"material.resistivity": None}), times=1e-3 * right.time.values)
+    assert np.abs(right.current - dry.current).max() > 0.02 * np.abs(dry.current).max()
+
+
 def test_outputs_of_a_film_that_wrinkles_are_those_of_simulate(made):
     exported, library = made("wrinkling sine", device(**WRINKLING), "pump", True, 1e-15)
     right = compared(exported, library, 1e-12)

@@ -60,6 +60,7 @@ def test_the_example_prints_what_there_is(resistance, shown, inside):
     assert ("current" in own.outputs) == (shown == "CURRENT")
     assert (f"PUMP_{shown}" in text, "current (A)" in text, "velocity (m/s)" in text) == (True, True, False)
     assert ("700.0 + 80.0 * sin(turn * 10.0" in text) == (not inside)
+    assert ("PUMP_FILM_VOLTAGE)" in text) == ("film voltage (V)" in text) == inside
     assert "DEVICE" not in text
     hidden = SimpleNamespace(device=own.device, inside=inside, outputs={}, name="pump")
     assert ("PUMP_CURRENT" in example(hidden), "velocity (m/s)" in example(hidden)) == (False, True)
@@ -242,7 +243,7 @@ def test_outputs_at_a_point_are_those_of_the_model(changes):
         capacitance = float(found[f"{film.prefix}capacitance"][0])
         charge = float(found[f"{film.prefix}charge"][0])
         assert (charge == pytest.approx(volts * capacitance, rel=1e-12)) == (not own.system.circuit.delays)
-        assert found[f"{film.prefix}charge"][1] == 1  # its rate is the current
+        assert found[f"{film.prefix}charge"][1] == 0.0  # nothing leaks: its rate is the current
         command = n["input_voltage"]
         right = command if k == 0 else 2.0 * own.device.voltage_offset / own.scale_values["voltage"] - command
         assert volts == pytest.approx(right, rel=1e-12)

@@ -52,7 +52,7 @@ INPUT_VARIABLES = (
 _OUTPUTS = {
     "film_voltage": ("voltage", "voltage on the {film}"),
     "charge": ("charge", "charge on the {film}"),
-    "charge_rate": ("current", "current into the {film}; without the jumps of a voltage that jumps"),
+    "charge_rate": ("current", "current into the {film}, its leak included; without the jumps of a voltage that jumps"),
     "capacitance": ("capacitance", "charge of the {film} over its voltage"),
     "meridional_stress": ("stress", "true meridional stress of the {film}"),
     "hoop_stress": ("stress", "true hoop stress of the {film}"),
@@ -188,24 +188,26 @@ class Exported:
         return dict(zip(nodes, map(float, evaluated(list(nodes.values()), known)), strict=True))
 
 
-def outputs_of(system: ConeSystem, time: Any, z: Any, n: Any, xp: Any) -> dict[str, tuple[Any, int]]:
-    """The formulas of the outputs: voltage, charge with its rate, capacitance, stresses and field of each film."""
-    found: dict[str, tuple[Any, int]] = {}
-    for k, (film, voltage) in enumerate(zip(system.films, system.voltages(time, z, n, xp), strict=True)):
+def outputs_of(system: ConeSystem, time: Any, z: Any, n: Any, xp: Any) -> dict[str, tuple[Any, Any]]:
+    """The formulas of the outputs, each with what is added to its rate if that is an output, too: voltage, charge with
+    the current, which is its rate and the leak, capacitance, stresses and field of each film."""
+    found: dict[str, tuple[Any, Any]] = {}
+    volts, leaks = system.voltages(time, z, n, xp), system.leaks(time, z, n, xp)
+    for k, (film, voltage, leak) in enumerate(zip(system.films, volts, leaks, strict=True)):
         y, squared, prefix = system.states_of(z, "film", k), voltage * voltage, film.prefix
-        found[f"{prefix}film_voltage"] = voltage, 0
+        found[f"{prefix}film_voltage"] = voltage, None
         if film.film.traced_charge:
             capacitance = film.capacitance(z[0], squared, y, n, xp)
             charge = system.stored(time, z, n, xp) if system.circuit.delays else voltage * capacitance
-            found |= {f"{prefix}charge": (charge, 1), f"{prefix}capacitance": (capacitance, 0)}
+            found |= {f"{prefix}charge": (charge, leak), f"{prefix}capacitance": (capacitance, None)}
         state = film.traced_state(z[0], squared, y, n, xp)
         if state is not None and system.circuit.delays:
             pulling = film.traced_state(z[0], system.squares(time, z, n, xp)[k], y, n, xp)
             state = pulling._replace(field_squared=state.field_squared) if pulling else state
         if state is not None:
-            found |= {f"{prefix}{name}": (getattr(state, name), 0) for name in ("meridional_stress", "hoop_stress")}
-            found |= {f"{prefix}true_field": (xp.sqrt(state.field_squared), 0)}
-            found |= {f"{prefix}limit_share": (state.limit_share, 0)}
+            found |= {f"{prefix}{name}": (getattr(state, name), None) for name in ("meridional_stress", "hoop_stress")}
+            found |= {f"{prefix}true_field": (xp.sqrt(state.field_squared), None)}
+            found |= {f"{prefix}limit_share": (state.limit_share, None)}
     return found
 
 
@@ -256,6 +258,8 @@ def example(exported: Exported) -> str:
     )
     if exported.inside:
         text = re.sub(r" +double before.*?/ step\);\n", "", text, flags=re.S).replace(", turn = 6.283185307179586", "")
+        text = text.replace("DEVICE_UP_VOLTAGE)", "DEVICE_UP_FILM_VOLTAGE)").replace(" voltage,", " film voltage,")
+        text = text.replace("voltage (V)", "film voltage (V)")
     if "current" not in exported.outputs:
         text = text.replace("DEVICE_UP_CURRENT", "DEVICE_UP_VELOCITY").replace("current (A)", "velocity (m/s)")
     return _named(text.replace("EXAMPLE_STEPS", "1000"), exported.name)

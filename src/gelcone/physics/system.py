@@ -96,10 +96,14 @@ class ConeSystem(Structure):
 
     def currents(self, tau: Any, z: Sequence[Any], n: Numbers) -> list[Any]:
         """Currents into the films along a motion, of numbers or arrays: the rates of their charges, and their leaks."""
-        leaks = self._moment(tau, z, n, np).leaks()
+        leaks = self.leaks(tau, z, n)
         return [
             rate + leak if np.any(leak) else rate for rate, leak in zip(self._chargings(tau, z, n), leaks, strict=True)
         ]
+
+    def leaks(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> list[Any]:
+        """Current that leaks through each film."""
+        return self._moment(tau, z, n, xp).leaks()
 
     def source_voltages(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> list[Any]:
         """Voltage of the source that drives each film."""

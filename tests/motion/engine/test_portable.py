@@ -24,11 +24,12 @@ LAWS = gelcone.ConeModel(
 
 
 def outputs(model):
-    """The voltage with its rate, and the displacement's square without."""
+    """The voltage with its rate, the velocity with its rate and the displacement, and two without."""
 
     def wanted(time, z, n, xp):
         (voltage,) = model.system.voltages(time, z, n, xp)
-        return {"voltage": (voltage, 1), "square": (z[0] * z[0], 0), "twice": (2.0, 0)}
+        own = {"voltage": (voltage, 0.0), "square": (z[0] * z[0], None), "twice": (2.0, None)}
+        return own | {"speed": (z[1], z[0])}
 
     return wanted
 
@@ -106,10 +107,12 @@ def test_formulas_at_a_point_are_those_of_the_system(model, laws):
         assert found["voltage_rate"] == pytest.approx(float(system.voltage_rates(time, list(z), own)[0]), rel=1e-10)
         assert found["square"] == pytest.approx(z[0] ** 2, rel=1e-15)
         assert found["twice"] == 2.0
+        assert found["speed_rate"] == pytest.approx(rates[1] + z[0], rel=1e-9, abs=1e-12)
         borders = [border.value(time, list(z), own, np) for _, border in system.borders]
         np.testing.assert_allclose([found[f"border_{k}"] for k in range(len(borders))], borders, rtol=1e-8, atol=1e-10)
     assert len(seen) == 1 or laws > 1
     names = [f"rate_{k}" for k in range(len(system.states))] + ["voltage", "voltage_rate", "square", "twice"]
+    names += ["speed", "speed_rate"]
     assert text.outputs == (*names, *(f"border_{k}" for k in range(len(system.borders))))
 
 

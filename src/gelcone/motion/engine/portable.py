@@ -23,9 +23,9 @@ from gelcone.physics.system import ConeSystem
 from gelcone.physics.trace import Graph, Node, ordered
 from gelcone.quantity import Array
 
-Outputs = Callable[[Node, Sequence[Node], Mapping[str, Node], Graph], Mapping[str, tuple[Any, int]]]
-"""Function of time, states and numbers that gives the outputs at a point by name, each with 1 if its rate of change is
-an output, too, else 0."""
+Outputs = Callable[[Node, Sequence[Node], Mapping[str, Node], Graph], Mapping[str, tuple[Any, Any]]]
+"""Function of time, states and numbers that gives the outputs at a point by name, each with None, or with what is added
+to its rate of change, which then is an output, too."""
 
 
 @dataclass
@@ -89,9 +89,11 @@ def _point(system: ConeSystem, plan: Plan, law: int, outputs: Outputs) -> tuple[
     n = {name: graph.switch(name) if name in switched else graph.number(name) for name in plan.numbers}
     n |= {switched[place]: graph.constant(-1.0 if law >> k & 1 else 1.0) for k, place in enumerate(plan.telling)}
     rates = [graph.node(rate) for rate in system.rates(graph.time, z, n, graph)]
-    wanted = {name: (graph.node(value), order) for name, (value, order) in outputs(graph.time, z, n, graph).items()}
+    wanted = outputs(graph.time, z, n, graph)
+    values_of = [graph.node(value) for value, _ in wanted.values()]
+    added = {name: graph.node(more) for name, (_, more) in wanted.items() if more is not None}
     borders = [graph.node(border.value(graph.time, z, n, graph)) for _, border in system.borders]
-    every = [*rates, *(node for node, _ in wanted.values()), *borders]
+    every = [*rates, *values_of, *added.values(), *borders]
     equations = equations_of(every)
     parts = [node for equation in equations for node in (*equation.slopes, equation.first)]
     held = held_values([*every, *parts])
@@ -99,19 +101,28 @@ def _point(system: ConeSystem, plan: Plan, law: int, outputs: Outputs) -> tuple[
     f = Function(f"point_{law}", arguments, "void", 1, external=True)
     values = _evaluated(f, held, plan.numbers, "%numbers")
     values |= {graph.switch(name).index: f.load(f.place("%switches", k)) for k, name in enumerate(switched)}
-    more = [*wanted.values(), *((border, 0) for border in borders)]
+    orders = [int(name in added) for name in wanted]
+    more = [*zip(values_of, orders, strict=True), *((node, 0) for node in (*added.values(), *borders))]
     states = [f.load(f.place("%z", k)) for k in range(len(z))]
     roots = [f.place("%roots", k) for k in range(len(equations))]
     jet = Jet(f, rates, more, 1, states, "%time", values, equations, roots)
     found = {f"rate_{k}": row[1] for k, row in enumerate(jet.states)}
-    for (name, (_, order)), row in zip(wanted.items(), jet.borders, strict=False):
-        found |= {name: row[0]} | ({f"{name}_rate": row[1]} if order else {})
-    found |= {f"border_{k}": row[0] for k, row in enumerate(jet.borders[len(wanted) :])}
+    plus = dict(zip(added, (row[0] for row in jet.borders[len(wanted) :]), strict=False))
+    for name, row in zip(wanted, jet.borders, strict=False):
+        found[name] = row[0]
+        if name in plus:
+            found[f"{name}_rate"] = _sum(f, row[1], plus[name])
+    found |= {f"border_{k}": row[0] for k, row in enumerate(jet.borders[len(wanted) + len(added) :])}
     for k, value in enumerate(found.values()):
         f.store(f.real(0.0) if value is None else value, f.place("%out", k))
     f.finish()
     names = {node.value for node in ordered(held) if node.operation == "number"}
     return f.text(), tuple(found), len(equations), names
+
+
+def _sum(f: Function, a: str | None, b: str | None) -> str | None:
+    """The sum of two values, None for 0."""
+    return a or b if a is None or b is None else f.add(a, b)
 
 
 def formulas_text(name: str, leaves: Sequence[str], nodes: Mapping[int, Node]) -> str:
