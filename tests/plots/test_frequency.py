@@ -129,6 +129,13 @@ def test_an_arrow_goes_from_the_stroke_before_a_jump_to_the_one_after_it():
     assert up.arrow_patch.get_arrowstyle().arrow == "->"
 
 
+def test_linear_theory_is_drawn_through_its_largest_stroke():
+    axes, peak = blank(), {"linear_peak_frequency": 2.5, "linear_peak_stroke": 60.0}
+    strokes(response().assign(peak), axes)
+    linear = line(axes, "linear theory")
+    np.testing.assert_array_equal(data_of(linear), [[1.0, 2.0, 2.5, 3.0, 4.0], [1.0, 2.0, 60.0, 50.0, 1.0]])
+
+
 def test_the_phase_is_that_of_the_strongest_harmonic_of_linear_theory():
     axes = blank()
     phases(response(), axes)

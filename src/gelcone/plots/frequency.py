@@ -101,7 +101,7 @@ def strokes(response: xr.Dataset, axes: Axes) -> None:
         peak = peak.where(peak > REST_ROOM)
         named = f"highest, {branch}" if bool(peak.notnull().any()) else None
         axes.plot(own["peak_frequency"], peak, "D", ms=5.0, mfc="none", mec=look["color"], label=named)
-    axes.plot(frequency, response["linear_stroke"], **LINEAR, label="linear theory")
+    linear_strokes(response, axes)
     arrows(response, axes)
     strokes = np.array([*response["stroke"].values.ravel(), *(2.0 * response["peak_amplitude"].values)])
     top = float(strokes[np.isfinite(strokes)].max(initial=0.0))
@@ -128,11 +128,21 @@ def branch_strokes(response: xr.Dataset, followed: xr.Dataset, axes: Axes) -> No
             look = {"color": colour_of(own), "ls": style, "lw": width, "alpha": alpha}
             axes.plot(own["value"], height, **look, zorder=2.2 + 0.3 * (style == "-"))
     events(followed, axes, stroke_of_event)
-    axes.plot(frequency, response["linear_stroke"], **LINEAR, label="linear theory")
+    linear_strokes(response, axes)
     flags(followed, axes)
     top = np.nanmax([np.nanmax(response["stroke"].values), np.nanmax(stroke_of(followed))])
     axes.set_ylim(0.0, 1.1 * float(top) if top > 0.0 else None)
     axes.set_ylabel(axis_label(response["stroke"], "stroke, peak to peak"))
+
+
+def linear_strokes(response: xr.Dataset, axes: Axes) -> None:
+    """The strokes by linear theory, through the largest of them also between the frequencies."""
+    frequency, stroke = response["drive_frequency"].values, response["linear_stroke"].values
+    if "linear_peak_stroke" in response and np.isfinite(response["linear_peak_stroke"]):
+        peak = [float(response[f"linear_peak_{name}"]) for name in ("frequency", "stroke")]
+        at = int(np.searchsorted(frequency, peak[0]))
+        frequency, stroke = (np.insert(old, at, new) for old, new in zip((frequency, stroke), peak, strict=True))
+    axes.plot(frequency, stroke, **LINEAR, label="linear theory")
 
 
 def stroke_of(branch: xr.Dataset) -> Array:
