@@ -70,7 +70,9 @@ def test_an_envelope_of_draws():
         "failed",
         "1",
     ]
-    assert lines[8] == "its drive, 7.125 V at 12 Hz: inside the window in 2 of 4 draws"
+    assert (
+        lines[8] == "its drive, 7.125 V at 12 Hz: inside the window (interpolated between 10 and 14 Hz) in 2 of 4 draws"
+    )
     outside = drawn.over_draws_words(drawn_window(operating_frequency=15.0), SUBJECT).splitlines()[-1]
     assert outside == "its own drive: outside the frequencies examined"
     free = drawn._first_limits(drawn_window(limit_low=INF, static_limit_voltage=NAN))
@@ -114,7 +116,10 @@ def test_the_own_drive_of_each_draw_is_held_against_its_own_window():
     """At 12 Hz, in the middle of windows of 7, 6.5 and 8 V; one draw outside the frequencies leaves all unsaid."""
     windows = [[8.0, 6.0], [7.0, 6.0], [9.0, 7.0], [NAN] * 2]
     shown = drawn_window(recommended_peak=windows, operating_peak_voltage=[6.75, 6.75, 6.5, 7.75])
-    assert drawn._own_line(shown) == "its drive, 6.75 V at 12 Hz: inside the window in 2 of 4 draws"
+    assert (
+        drawn._own_line(shown)
+        == "its drive, 6.75 V at 12 Hz: inside the window (interpolated between 10 and 14 Hz) in 2 of 4 draws"
+    )
     lines = drawn._window_lines(shown)
     assert lines[-3].split()[1:5] == ["8", "7.05", "to", "8.95"]
     assert lines[-2].split()[1:5] == ["6", "6", "to", "6.95"]

@@ -56,7 +56,7 @@ ENVELOPE = [
     "  frequency (Hz)    up to (V)   stroke (mm)   power (mW)    apparent (mVA)  first limit",
     "  10                1000        3             40            60              pull-in 1250 to 1300 V",
     "  14                1200        2             50            70              pull-in 1500 V",
-    "its drive, 900 V at 12 Hz: inside the window, 1100 V there",
+    "its drive, 900 V at 12 Hz: inside the window, 1100 V there (interpolated between 10 and 14 Hz)",
 ]
 
 
@@ -102,9 +102,11 @@ def test_an_envelope():
         ({"static_limit_voltage": INF, "limit_low": INF, "first_limit": -1},
          "  10                1000        3             40            60              none met up to 2400 V"),
         ({"operating_peak_voltage": 1150.0},
-        "its drive, 1150 V at 12 Hz: above the window, 1100 V there, and below a limit"),
+        "its drive, 1150 V at 12 Hz: above the window, 1100 V there (interpolated between 10 and 14 Hz), "
+        "and below a limit"),
         ({"operating_peak_voltage": 1400.0},
-        "its drive, 1400 V at 12 Hz: above the window, 1100 V there, and beyond a limit"),
+        "its drive, 1400 V at 12 Hz: above the window, 1100 V there (interpolated between 10 and 14 Hz), "
+        "and beyond a limit"),
         ({"operating_frequency": 9.0}, "its drive, 900 V at 9 Hz: outside the frequencies examined"),
         ({"operating_frequency": 15.0}, "its drive, 900 V at 15 Hz: outside the frequencies examined"),
         ({"operating_peak_voltage": 2500.0, "recommended_peak": 1920.0},
@@ -308,3 +310,13 @@ def test_neighbouring_frequencies_with_the_same_other_motions_are_one_line():
     assert "breakdown up to 50 %" in to
     none = said(envelope.envelope_words, edited(shown, kick_low=INF, kick_high=INF))
     assert none[-2] == "  10 to 14 Hz: no kick leads away, but another motion exists"
+
+
+@pytest.mark.parametrize(
+    ("frequency", "more"), [(10.0 * (1.0 + 1e-13), ""), (14.0, ""), (12.0, " (interpolated between 10 and 14 Hz)")]
+)
+def test_a_window_between_the_frequencies_examined_is_said_to_be_interpolated(frequency, more):
+    """A drive frequency that differs by the rounding of its units is one of those examined."""
+    lines = said(envelope.envelope_words, window(operating_frequency=frequency, operating_peak_voltage=900.0))
+    highest = {10.0: "1000", 14.0: "1200"}.get(round(frequency, 6), "1100")
+    assert lines[-1] == f"its drive, 900 V at {frequency:.4g} Hz: inside the window, {highest} V there{more}"

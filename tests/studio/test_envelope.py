@@ -8,7 +8,7 @@ import pytest
 
 import gelcone
 from gelcone.devices.files import shipped_devices
-from gelcone.motion.plane import DRIVEN_LIMITS
+from gelcone.motion.plane import DRIVEN_LIMITS, DriveShape
 from gelcone.motion.static_limits import STATIC_LIMITS
 from gelcone.studio import envelope
 from gelcone.studio.grids import Source
@@ -52,6 +52,7 @@ def compared(messages, result):
     np.testing.assert_allclose(static, result["static_limit_voltage"], rtol=1e-12)
     assert head["highest"] == pytest.approx(float(result["peak_voltage"][-1]))
     assert head["most"] == pytest.approx(float(result["drive_frequency"][-1]))
+    assert head["least"] == pytest.approx(float(result["drive_frequency"][0]))
     assert head["pull_in_of"] == result.attrs["pull_in_of"] == "membrane"
 
 
@@ -105,7 +106,9 @@ def test_an_envelope_is_made_from_coarse_to_fine_and_between_its_rows_until_all_
 
     monkeypatch.setattr(envelope, "find_axes", lambda source: envelope.Axes(omegas, 2.0, 100.0))
     monkeypatch.setattr(
-        envelope, "find_limits", lambda source: envelope.Limits(static, 1.515 * np.arange(1, 21) / 20.0, "membrane")
+        envelope,
+        "find_limits",
+        lambda source: envelope.Limits(static, 1.515 * np.arange(1, 21) / 20.0, "membrane", DriveShape(1.25, -0.25)),
     )
     monkeypatch.setattr(envelope, "find_rows", find_rows)
     monkeypatch.setattr(envelope, "find_between", find_between)
@@ -130,7 +133,8 @@ def test_an_envelope_is_made_from_coarse_to_fine_and_between_its_rows_until_all_
     for name in DRIVEN_LIMITS:
         np.testing.assert_allclose(arrays[f"limit {name}"], 100.0 * every / 100.0)
     assert head["static"]["pull-in"] == 150.0
-    assert (head["highest"], head["most"], head["pull_in_of"]) == (pytest.approx(151.5), 66.0, "membrane")
+    assert (head["highest"], head["least"], head["most"]) == (pytest.approx(151.5), 2.0, 66.0)
+    assert (head["pull_in_of"], head["shape"]) == ("membrane", {"voltage_amplitude": 1.25, "voltage_offset": -0.25})
     assert head["share"] == pytest.approx(len(every) / (1.8 * 33))
     first = messages[0][0]
     assert (list(first["static"]), first["pull_in_of"]) == (list(STATIC_LIMITS), "membrane")
@@ -146,6 +150,32 @@ def test_rows_are_those_of_the_motion_at_their_frequencies_up_to_pull_in_and_aro
     (rows,) = asked["rows_of"]
     given = {"omegas": "omegas", "volts": "peaks", "pull_in": 1.5, "around": "around", "yields": False}
     assert {name: rows[name] for name in given} == given
+
+
+STAIRS = {"component": "staircase", "levels": [-0.5, 0.2], "rise": 0.1}
+SAMPLED = {"component": "samples", "shares": [0.0, 0.5, 1.0], "values": [0.0, 0.5, 0.0], "repeat": True}
+
+
+@pytest.mark.parametrize(
+    ("waveform", "amplitude", "offset", "peak"),
+    [
+        ("half_wave", "1500 V", "-300 V", 1200.0),
+        ("half_wave", "1500 V", "300 V", 1800.0),
+        (STAIRS, "1 kV", "300 V", 500.0),
+        (SAMPLED, "1 kV", "-400 V", 400.0),
+        ("burst", "1 kV", "-400 V", 1400.0),
+        ("sine", "1 kV", "-400 V", 1400.0),
+    ],
+)
+def test_the_page_is_sent_the_shape_whose_peak_is_that_of_the_analysis(waveform, amplitude, offset, peak, monkeypatch):
+    device = gelcone.find_device("biased-pump").replace(
+        {"waveform": waveform, "voltage_amplitude": amplitude, "voltage_offset": offset}
+    )
+    plane = SimpleNamespace(model=device.to_model(), shape=DriveShape.of(device.to_model()))
+    record(monkeypatch, envelope, _plane=plane, static_limits_of="static", peaks_of="peaks", pull_in_of="membrane")
+    shape = envelope.find_limits(PUMP).shape
+    own = device.voltage_amplitude / shape.amplitude, device.voltage_offset / shape.bias
+    assert own == pytest.approx((peak, peak), rel=1e-9)
 
 
 def test_an_envelope_begins_with_the_default_frequencies_and_goes_between_rows_up_to_the_lowest_limit(

@@ -9,7 +9,7 @@ import numpy as np
 
 from gelcone.amounts import unit_of
 from gelcone.analyses.answer import heading, outcome_lines
-from gelcone.analyses.envelope import way_of
+from gelcone.analyses.envelope import interpolated, way_of
 from gelcone.analyses.grids import drawn_names, membranes_lines, spread_line
 from gelcone.codes import Outcome
 from gelcone.motion.proportion import IN_PROPORTION, held_at_peak
@@ -89,7 +89,8 @@ def _own_line(shown: xr.Dataset) -> str:
     inside = sum(peak[k] <= np.interp(at[k], frequency, window[k]) for k in range(len(at)))
     volt, hertz = unit_of(shown["operating_peak_voltage"]), unit_of(shown["operating_frequency"])
     own = f"{np.median(peak):.4g}{volt} at {np.median(at):.4g}{hertz}"
-    return f"its drive, {own}: inside the window in {inside} of {len(at)} draws"
+    between = interpolated(shown, float(np.median(at)))
+    return f"its drive, {own}: inside the window{between} in {inside} of {len(at)} draws"
 
 
 def _response_lines(shown: xr.Dataset) -> list[str]:

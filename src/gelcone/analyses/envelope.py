@@ -29,6 +29,9 @@ _WARM = "window_heating"
 _HEADS = ("frequency", "up to", "stroke", "power", "apparent", "warms by")
 _WIDTHS = (18, 12, 14, 14, 16, 16)
 Values = npt.NDArray[np.float64]
+Rows = npt.NDArray[np.intp]
+_SAME_FREQUENCY = 1e-9
+"""Relative difference of a drive frequency and the same one after conversions of units, at most."""
 _FEW_ROWS, _ON_LINE = 12, 0.04
 """Rows that are always printed, and the share of the largest value to which those left out are on a line."""
 
@@ -356,17 +359,28 @@ def _own_line(shown: xr.Dataset) -> str:
     if not looked[0] <= frequency <= looked[-1]:
         return f"{own} outside the frequencies examined"
     highest = float(np.interp(frequency, looked, shown["recommended_peak"].values))
-    limit = highest / (1.0 - _margin_of(shown))
+    limit, there = highest / (1.0 - _margin_of(shown)), f"{_plain(highest)}{volt} there{interpolated(shown, frequency)}"
     if peak <= highest:
-        return f"{own} inside the window, {_plain(highest)}{volt} there"
+        return f"{own} inside the window, {there}"
     searched = float(shown["peak_voltage"][-1])
     if peak > searched and limit >= searched * (1.0 - 1e-9):
         return f"{own} above the voltages examined, up to {_plain(searched)}{volt}, at which no limit was met"
     side = "below" if peak <= limit else "beyond"
-    return (
-        _other_motion(shown, peak, frequency, own)
-        or f"{own} above the window, {_plain(highest)}{volt} there, and {side} a limit"
-    )
+    return _other_motion(shown, peak, frequency, own) or f"{own} above the window, {there}, and {side} a limit"
+
+
+def _examined_at(shown: xr.Dataset, frequency: float) -> Rows:
+    """Index of a drive frequency among those examined, (1,); (0,) for one between them."""
+    return np.flatnonzero(np.isclose(shown["drive_frequency"].values, frequency, rtol=_SAME_FREQUENCY, atol=0.0))
+
+
+def interpolated(shown: xr.Dataset, frequency: float) -> str:
+    """Name the two frequencies between which a value is interpolated; empty at one that was examined."""
+    if _examined_at(shown, frequency).size:
+        return ""
+    looked = shown["drive_frequency"]
+    k = int(np.searchsorted(looked.values, frequency))
+    return f" (interpolated between {_plain(looked[k - 1])} and {_plain(looked[k])}{unit_of(looked)})"
 
 
 def way_of(shown: xr.Dataset) -> str:
@@ -381,7 +395,7 @@ _OTHER_MOTION = ("onset of rest", "chaos", "pitchfork at constant", "pitchfork o
 def _other_motion(shown: xr.Dataset, peak: float, frequency: float, own: str) -> str:
     """Name the limit that a drive exceeds while it is below all limits of the film; empty if there is none, or at a
     frequency that was not examined."""
-    at = np.flatnonzero(shown["drive_frequency"].values == frequency)
+    at = _examined_at(shown, frequency)
     if not at.size:
         return ""
     names = [*_names(shown, "driven_limit"), *(f"{name} {way_of(shown)}" for name in _names(shown, "static_limit"))]

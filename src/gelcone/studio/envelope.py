@@ -13,7 +13,7 @@ import numpy as np
 
 from gelcone.motion.driven import REFINEMENTS, rows_of, unknown_between
 from gelcone.motion.envelope import plane_of, pull_in_of, recommended_peaks
-from gelcone.motion.plane import DRIVEN_LIMITS, Plane
+from gelcone.motion.plane import DRIVEN_LIMITS, DriveShape, Plane
 from gelcone.motion.static_limits import STATIC_LIMITS, peaks_of, static_limits_of
 from gelcone.quantity import Array
 from gelcone.studio.grids import Source, subject_of
@@ -52,12 +52,13 @@ def find_axes(source: Source) -> Axes:
 
 class Limits(NamedTuple):
     """The voltage of each of `STATIC_LIMITS` and the default peak voltages in the model's units, the film (``membrane``
-    or ``cone``) whose pull-in is used, and whether static limits are of a drive that is held at its peak, with the bias
-    of films in opposite phase in proportion."""
+    or ``cone``) whose pull-in is used, the shape of the drive, and whether static limits are of a drive that is held at
+    its peak, with the bias of films in opposite phase in proportion."""
 
     static: Array
     peaks: Array
     pull_in_of: str
+    shape: DriveShape
     in_proportion: bool = False
 
 
@@ -65,7 +66,8 @@ def find_limits(source: Source) -> Limits:
     """The `Limits` under a constant voltage."""
     plane = _plane(*source.key)
     static = static_limits_of(plane)
-    return Limits(static, peaks_of(plane, static), pull_in_of(plane), plane.model.system.in_opposite_phase)
+    in_proportion = plane.model.system.in_opposite_phase
+    return Limits(static, peaks_of(plane, static), pull_in_of(plane), plane.shape, in_proportion)
 
 
 def find_rows(source: Source, omegas: Array, static: Array, around: Array | None = None) -> dict[str, Array]:
@@ -145,7 +147,7 @@ class _Envelope:
     async def _show(self) -> None:
         """Sends what is known so far, in volts and hertz."""
         omegas, hertz, volts = self.axes
-        static, peaks, pull_in_of, in_proportion = self.limits
+        static, peaks, pull_in_of, shape, in_proportion = self.limits
         low = self.rows.get("low", np.empty((0, len(DRIVEN_LIMITS))))
         arrays = {
             "frequency": self.rows.get("frequency", np.empty(0)) * hertz,
@@ -158,8 +160,10 @@ class _Envelope:
             limits=list(DRIVEN_LIMITS),
             static=dict(zip(STATIC_LIMITS, (static * volts).tolist(), strict=True)),
             highest=float(peaks[-1]) * volts,
+            least=float(omegas[0]) * hertz,
             most=float(omegas[-1]) * hertz,
             pull_in_of=pull_in_of,
+            shape={"voltage_amplitude": shape.amplitude, "voltage_offset": shape.bias},
             in_proportion=in_proportion,
             share=min(len(arrays["frequency"]) / (EXPECTED * len(omegas)), 0.99),
         )

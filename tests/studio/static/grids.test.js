@@ -308,13 +308,15 @@ test("what is computed already is not asked for again, and answers of an outdate
 
 // --- the envelope ----------------------------------------------------------------------------------------------------
 
+const HEAD = { kind: "envelope", limits: ["pull-in"], static: { "pull-in": 1900 }, highest: 2500, least: 5, most: 15, share: 0, pull_in_of: "membrane", shape: { voltage_amplitude: 800 / 1800, voltage_offset: 1000 / 1800 } };
+
 function envelope() {
   const own = setUp("envelope");
-  own.grids.message({ kind: "envelope", id: own.id(), limits: ["pull-in"], static: { "pull-in": 1900 }, highest: 2500, most: 15, share: 0, pull_in_of: "membrane" }, { frequency: Float32Array.of(), window: Float32Array.of(), "limit pull-in": Float32Array.of() });
+  own.grids.message({ ...HEAD, id: own.id() }, { frequency: Float32Array.of(), window: Float32Array.of(), "limit pull-in": Float32Array.of() });
   own.panel.redrawOver();
   const first = [texts(own.p.context).includes("static pull-in of the membrane"), own.panel.words.textContent];
   forget(own.p.context);
-  own.grids.message({ kind: "envelope", id: own.id(), limits: ["pull-in"], static: { "pull-in": 1900, none: null }, highest: 2500, most: 15, share: 0.42, pull_in_of: "membrane" }, { frequency: Float32Array.of(5, 10, 15), window: Float32Array.of(2000, 1000, 2000), "limit pull-in": Float32Array.of(2400, 1200, NaN) });
+  own.grids.message({ ...HEAD, id: own.id(), static: { "pull-in": 1900, none: null }, share: 0.42 }, { frequency: Float32Array.of(5, 10, 15), window: Float32Array.of(2000, 1000, 2000), "limit pull-in": Float32Array.of(2400, 1200, NaN) });
   const half = [own.said(), own.panel.running, own.panel.verdict(7.5, 1499)];
   forget(own.p.context);
   own.grids.message({ kind: "done", id: own.id(), grid: "envelope" }, {});
@@ -343,27 +345,61 @@ test("the device's own drive is where its peak is, and is said to be inside or a
   panel.redrawOver();
   assert.ok(near(placed(p, "ring")[0], p.X(10), 0.01) && near(placed(p, "ring")[1], p.Y(1800), 0.01));
   assert.equal(panel.words.textContent, "drive: 10 Hz, peak 1800 V: above the window (1000 V)");
-  assert.match(panel.verdict(7.5, 1499), /inside the window \(up to 1500 V\)/);
-  assert.match(panel.verdict(7.5, 1501), /above the window \(1500 V\)/);
-  assert.match(panel.verdict(2, 1999), /inside the window \(up to 2000 V\)/);
+  assert.match(panel.verdict(7.5, 1499), /inside the window \(up to 1500 V, interpolated\)/);
+  assert.match(panel.verdict(7.5, 1501), /above the window \(1500 V, interpolated\)/);
+  assert.match(panel.verdict(5, 1999), /inside the window \(up to 2000 V\)/);
+  assert.match(panel.verdict(4.9, 1), /below the frequencies examined/);
   assert.match(panel.verdict(16, 1), /above the frequencies examined/);
 });
 
-test("the device's own drive is in volts and hertz, whatever the units and the sign of the offset", () => {
-  const { panel, setting } = envelope();
-  setting.values = { voltage_amplitude: "800 V", voltage_offset: "-1 kV", frequency: "0.012 kHz" };
-  assert.ok(near(panel.own()[0], 12) && near(panel.own()[1], 1800));
-  setting.values = { voltage_amplitude: "0.8 kV", voltage_offset: "1000 V", frequency: "12 Hz" };
-  assert.ok(near(panel.own()[0], 12) && near(panel.own()[1], 1800));
+test("the device's own drive is in volts and hertz, whatever its units and those of its controls", () => {
+  const { panel, setting, controls } = envelope();
+  for (const offset of ["1 kV", "1000 V"]) {
+    setting.values = { voltage_amplitude: "0.8 kV", voltage_offset: offset, frequency: "0.012 kHz" };
+    assert.ok(near(panel.own()[0], 12) && near(panel.own()[1], 1800));
+  }
+  setting.values = {};
+  for (const [frequency, hertz] of [[{ unit: "kHz", value: 0.012 }, 12], [{ unit: "mHz", value: 700 }, 0.7]]) {
+    const other = { voltage_amplitude: { unit: "mV", value: 8e5 }, voltage_offset: { unit: "V", value: 1000 }, frequency };
+    controls.list = LIST.map((control) => ({ ...control, ...other[control.name] }));
+    assert.ok(panel.current && near(panel.own()[0], hertz) && near(panel.own()[1], 1800));
+  }
 });
 
-test("the device's own drive in other units of its controls is the same", () => {
-  const { panel, controls } = envelope();
-  for (const [frequency, hertz] of [[{ unit: "kHz", value: 0.012 }, 12], [{ unit: "mHz", value: 700 }, 0.7]]) {
-    const other = { voltage_amplitude: { unit: "mV", value: 8e5 }, voltage_offset: { unit: "V", value: -1000 }, frequency };
-    controls.list = LIST.map((control) => ({ ...control, ...other[control.name] }));
-    assert.ok(near(panel.own()[0], hertz) && near(panel.own()[1], 1800));
+test("the peak of the drive is that of its waveform, as the server has found it", () => {
+  for (const [amplitude, offset, peak] of [[1500, -300, 1200], [0, 900, 900], [700, 0, 350]]) { // half waves, none, and samples up to 0.5
+    const { grids, panel, setting, id, gone } = setUp("envelope");
+    setting.values = { voltage_amplitude: `${amplitude} V`, voltage_offset: `${offset} V` };
+    panel.start();
+    grids.message({ ...HEAD, id: id(), shape: { voltage_amplitude: amplitude / peak, voltage_offset: offset / peak } }, { frequency: Float32Array.of(5, 15), window: Float32Array.of(2000, 2000), "limit pull-in": Float32Array.of(NaN, NaN) });
+    assert.ok(near(panel.own()[1], peak), `${peak}`);
+    panel.drive(7, peak / 2, true);
+    const moved = { frequency: "7 Hz", ...(amplitude ? { voltage_amplitude: `${amplitude / 2} V` } : {}), ...(offset ? { voltage_offset: `${offset / 2} V` } : {}) };
+    assert.deepEqual(gone.at(-1)[0], moved);
+    assert.ok(panel.current && near(panel.own()[1], peak / 2));
   }
+});
+
+test("a drive of another proportion is not compared with an envelope, nor moved in it, until its own is known", () => {
+  const { panel, p, setting, canvas, gone, grids, id } = envelope(), said = () => (panel.redrawOver(), panel.words.textContent);
+  setting.values = { voltage_amplitude: "400 V", voltage_offset: "-1 kV" };
+  assert.equal(said(), "drive: not compared, since the envelope is of other settings");
+  assert.equal(placed(p, "ring"), null);
+  canvas.onpointerdown(pointer(p, p.X(7), p.Y(900))); canvas.onpointerup(pointer(p, p.X(7), p.Y(900)));
+  canvas.onkeydown({ key: "ArrowUp", preventDefault() {} });
+  assert.equal(gone.length, 0);
+  panel.start();
+  assert.match(said(), /not compared/);
+  grids.message({ ...HEAD, id: id(), shape: { voltage_amplitude: 2 / 3, voltage_offset: -5 / 3 } }, { frequency: Float32Array.of(5, 15), window: Float32Array.of(2000, 2000), "limit pull-in": Float32Array.of(NaN, NaN) });
+  assert.match(said(), /^drive: 10 Hz, peak 600 V; so far/);
+});
+
+test("a proportion that rounding changes is the same, one that changes more is not", () => {
+  const { panel, setting } = envelope();
+  setting.values = { voltage_amplitude: "1234.57 V", voltage_offset: "1543.21 V" };
+  assert.ok(panel.current);
+  setting.values = { voltage_amplitude: "800 V", voltage_offset: "1010 V" };
+  assert.ok(!panel.current);
 });
 
 test("the stripes of a kind in a legend run as the lines across its cells", () => {
@@ -398,7 +434,7 @@ test("an envelope of another proportion, or another body, is computed again", ()
   grids.changed(["film_thickness"]);
   wait(500);
   assert.deepEqual(asked.slice(-2).map(([kind]) => kind), ["cancel", "envelope"]);
-  assert.equal(panel.volts("voltage_amplitude"), 1600);
+  assert.equal(panel.si("voltage_amplitude", "V"), 1600);
 });
 
 test("an arrow key moves the setting along its axis, the opposite one back, and others leave the page's keys alone", () => {
@@ -461,7 +497,7 @@ test("a hand or a key beyond the ends of a picture moves the setting to its end"
 test("names in an envelope stand apart and inside of it, with limits beyond its voltages neither drawn nor named", () => {
   const own = setUp("envelope"), limits = ["pull-in", "hoop slack", "onset of rest"], { p } = own;
   const found = Object.fromEntries(limits.map((name, k) => [`limit ${name}`, Float32Array.of(2400 - 300 * k, 1200)]));
-  own.grids.message({ kind: "envelope", id: own.id(), limits, static: { "pull-in": 1900, pitchfork: 2600, "hoop slack": 2499, none: null }, highest: 2500, most: 15, share: 1, pull_in_of: "cone" }, { frequency: Float32Array.of(5, 15), window: Float32Array.of(2000, 1000), ...found });
+  own.grids.message({ ...HEAD, id: own.id(), limits, static: { "pull-in": 1900, pitchfork: 2600, "hoop slack": 2499, none: null }, pull_in_of: "cone" }, { frequency: Float32Array.of(5, 15), window: Float32Array.of(2000, 1000), ...found });
   forget(p.context);
   own.grids.message({ kind: "done", id: own.id(), grid: "envelope" }, {});
   const names = p.context.calls.filter((c) => c.name === "fillText" && /pull-in|slack|onset|pitchfork/.test(c.args[0])).map((c) => c.args);
@@ -473,7 +509,7 @@ test("names in an envelope stand apart and inside of it, with limits beyond its 
 
 test("static limits of films in opposite phase are named as those of the drive held at its peak", () => {
   const own = setUp("envelope"), { p } = own;
-  own.grids.message({ kind: "envelope", id: own.id(), limits: [], static: { "pull-in": 1900 }, highest: 2500, most: 15, share: 1, pull_in_of: "membrane", in_proportion: true }, { frequency: Float32Array.of(5, 15), window: Float32Array.of(2000, 1000) });
+  own.grids.message({ ...HEAD, id: own.id(), limits: [], in_proportion: true }, { frequency: Float32Array.of(5, 15), window: Float32Array.of(2000, 1000) });
   for (const text of ["drive held at its peak: pull-in of the membrane", "peak voltage, bias in proportion (V)"]) assert.ok(texts(p.context).includes(text), text);
 });
 

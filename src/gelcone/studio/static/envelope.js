@@ -16,7 +16,7 @@ export class EnvelopePanel extends Panel {
     holding(c, (event, settled) => this.goTo(event, settled));
     c.onkeydown = (event) => {
       const step = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
-      if (!step || !this.plot.x) return;
+      if (!step || !this.current) return;
       event.preventDefault();
       const [f, v] = this.own();
       this.drive(f + (step[0] * (this.plot.x[1] - this.plot.x[0])) / 60, v + (step[1] * (this.plot.y[1] - this.plot.y[0])) / 60, true);
@@ -28,20 +28,35 @@ export class EnvelopePanel extends Panel {
   // A key of everything that the envelope depends on: not the frequency, and of the voltages only their ratio.
   basis() {
     const own = this.page.setting(), { frequency, voltage_amplitude, voltage_offset, ...rest } = own.values;
-    const [a, o] = [this.volts("voltage_amplitude"), this.volts("voltage_offset")];
-    return JSON.stringify([own.device, own.file, rest, a ? Number((o / a).toPrecision(3)) : null]);
+    return JSON.stringify([own.device, own.file, rest, this.ratio()]);
+  }
+
+  // Offset over amplitude, the same while it changes by less than a thousandth, as by the rounding of both.
+  ratio() {
+    const ratio = this.si("voltage_offset", "V") / this.si("voltage_amplitude", "V");
+    if (!(Math.abs(ratio - this.known) <= 1e-3 * Math.abs(this.known))) this.known = ratio;
+    return String(this.known);
   }
 
   dependsOn() { return this.basis() !== this.key; }
   outdated() { this.key = this.basis(); super.outdated(); }
   request() { this.key = this.basis(); return {}; }
-  volts(name) { const c = this.control(name), v = this.value(name); return c && v !== null ? v * (c.unit === "kV" ? 1000 : c.unit === "mV" ? 0.001 : 1) : 0; }
-  hertz() { const c = this.control("frequency"), v = this.value("frequency"); return c && v !== null ? v * (c.unit === "kHz" ? 1000 : c.unit === "mHz" ? 0.001 : 1) : 0; }
-  own() { return [this.hertz(), this.volts("voltage_amplitude") + Math.abs(this.volts("voltage_offset"))]; }
+
+  // The value of a parameter in a unit, 0 for one that the device does not have.
+  si(name, unit) { const c = this.control(name), v = this.value(name); return c && v !== null ? v * 10 ** (c.powers[c.unit] - c.powers[unit]) : 0; }
+
+  // Whether the envelope is of what is set now: its drive has the same shape, which alone gives the peak.
+  get current() { return this.found?.key === this.basis(); }
+
+  // Drive frequency in hertz and peak voltage in volts. The server sends both voltages of the drive whose peak is 1 V.
+  own() {
+    const [[name, share]] = Object.entries(this.found.shape).sort(([, p], [, q]) => Math.abs(q) - Math.abs(p));
+    return [this.si("frequency", "Hz"), this.si(name, "V") / share];
+  }
 
   // Sent again whenever more of the envelope is known.
   on_envelope(head, arrays) {
-    this.found = { ...head, arrays };
+    this.found = { ...head, arrays, key: this.key };
     this.progress(head.share);
     if (this.grids.open === this) this.plot.redraw();
   }
@@ -80,6 +95,11 @@ export class EnvelopePanel extends Panel {
 
   drawOver(p) {
     if (!this.found) return;
+    if (!this.current) {
+      p.mark("ring", null);
+      say(this.words, "drive: not compared, since the envelope is of other settings");
+      return;
+    }
     const [f, v] = this.own();
     p.mark("ring", [Math.min(p.X(f), p.right), Math.max(p.Y(v), p.top)]);
     say(this.words, this.verdict(f, v));
@@ -88,24 +108,25 @@ export class EnvelopePanel extends Panel {
   verdict(f, v) {
     const { frequency, window } = this.found.arrays, k = frequency.findIndex((own) => own >= f);
     const at = `drive: ${format(f, 3)} Hz, peak ${format(v, 4)} V`;
+    if (f < this.found.least) return `${at}: below the frequencies examined`;
     if (f > this.found.most) return `${at}: above the frequencies examined`;
-    if (k < 0) return `${at} …`;
-    const j = Math.max(k - 1, 0), share = k === j ? 0 : (f - frequency[j]) / (frequency[k] - frequency[j]);
-    const most = window[j] + (window[k] - window[j]) * Math.min(Math.max(share, 0), 1);
+    if (k < 0 || (k === 0 && f < frequency[0])) return `${at} …`;
+    const share = k ? (f - frequency[k - 1]) / (frequency[k] - frequency[k - 1]) : 1;
+    const most = share < 1 ? window[k - 1] + (window[k] - window[k - 1]) * share : window[k];
     if (this.running) return `${at}; so far the window ends at ${format(most, 3)} V`;
-    return v <= most ? `${at}: inside the window (up to ${format(most, 3)} V)` : `${at}: above the window (${format(most, 3)} V)`;
+    const volts = `${format(most, 3)} V${share < 1 ? ", interpolated" : ""}`;
+    return v <= most ? `${at}: inside the window (up to ${volts})` : `${at}: above the window (${volts})`;
   }
 
   goTo(event, settled) {
     const r = this.plot.canvas.getBoundingClientRect();
-    if (this.plot.x && this.found) this.drive(this.plot.toX(event.clientX - r.left), this.plot.toY(event.clientY - r.top), settled);
+    if (this.current) this.drive(this.plot.toX(event.clientX - r.left), this.plot.toY(event.clientY - r.top), settled);
   }
 
   // Moves the drive: sets the frequency, and scales amplitude and offset together.
   drive(f, v, settled) {
-    const p = this.plot, a = this.volts("voltage_amplitude"), o = this.volts("voltage_offset"), peak = a + Math.abs(o);
-    const freq = Math.min(Math.max(f, p.x[1] / 500), p.x[1]), volts = Math.min(Math.max(v, p.y[1] / 500), p.y[1]);
-    const scaled = peak ? volts / peak : 0;
-    this.page.go({ frequency: `${format(freq)} Hz`, voltage_amplitude: `${format(peak ? a * scaled : volts, 6)} V`, ...(o ? { voltage_offset: `${format(o * scaled, 6)} V` } : {}) }, settled);
+    const p = this.plot, freq = Math.min(Math.max(f, p.x[1] / 500), p.x[1]), volts = Math.min(Math.max(v, p.y[1] / 500), p.y[1]);
+    const scaled = Object.entries(this.found.shape).filter(([, share]) => share).map(([name, share]) => [name, `${format(share * volts, 6)} V`]);
+    this.page.go({ frequency: `${format(freq)} Hz`, ...Object.fromEntries(scaled) }, settled);
   }
 }
