@@ -71,7 +71,7 @@ REFUSED = {
         "locus",
         "no drive",
     ): "event = fold: none lies on frequency from 9 Hz to 9.2 Hz at voltage_amplitude = 0 V; take a wider",
-    ("transfer", "no drive"): "bias = 0 V: about no voltage a small one does not move the disc; give a bias (--bias)",
+    ("transfer", "no drive"): "bias = 0 V: give a bias (--bias), or voltage_offset, since about no voltage a",
     ("datasheet", "no drive"): NO_VOLTAGE,
     ("datasheet", "0 V"): NO_VOLTAGE,
     **{(name, "no drive"): UNSCALED for name in ("operating_limits", "drive", "envelope")},

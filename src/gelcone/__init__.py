@@ -98,13 +98,13 @@ if TYPE_CHECKING:
     """Forces of cone and membrane compared with finite elements."""
     from gelcone.motion.limits import limits as limits
 
-    """Voltages that bound the use: loss of stability of rest, pitchfork, pull-in."""
+    """How high a constant voltage may go: pull-in and pitchfork; and where the drive unsettles rest."""
     from gelcone.motion.settled import settled as settled
 
     """The settled motion: stroke, period, harmonics, and the linear stroke."""
     from gelcone.motion.operating_limits import operating_limits as operating_limits
 
-    """Peak voltages at which film slack, chaos, pull-in and so on begin."""
+    """How high the drive may go at its own frequency: pull-in, film slack, chaos and so on."""
     from gelcone.lab.datasheet import datasheet as datasheet
 
     """The data sheet on one page: force, stroke, work, coupling, bandwidth, power, limits."""
@@ -137,10 +137,10 @@ if TYPE_CHECKING:
     """Stroke over drive frequency, swept up and down: resonances and jumps."""
     from gelcone.motion.best_drive import drive as drive
 
-    """The best drive within the window: largest stroke, work or speed, and what limits it."""
+    """Which voltage and frequency give the largest stroke, work or speed, and what limits them."""
     from gelcone.motion.envelope import envelope as envelope
 
-    """Where a device is safe to drive, and which limit comes first."""
+    """How high the drive may go at every frequency, and which limit comes first."""
 
     from gelcone import plots as plots
     from gelcone.analyses.ask import in_words as in_words

@@ -68,6 +68,10 @@ def test_a_sweep_that_finds_no_motion_or_only_rest_has_no_largest_stroke():
     assert "swept up    no motion is found at any frequency" in lines
     assert "swept down  at rest at every frequency" in lines
     assert not [line for line in lines if "no jump" in line]
+    said = "linear theory: largest stroke 0.75 mm at 11 Hz"
+    assert said in lines
+    every = [[int(Outcome.PULLED_IN)] * 3] * 2
+    assert f"{said}; it holds for small motions, and none was found" in response_lines(edited(shown, outcome=every))
 
 
 def test_strokes_of_many_frequencies_are_not_listed(monkeypatch):

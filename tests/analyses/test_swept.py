@@ -29,11 +29,11 @@ def test_with_a_device_its_fields_are_swept_in_si():
 @pytest.mark.parametrize(
     ("over", "message"),
     [
-        ("voltage=0:1:3", "'voltage' is not a device field; did you mean 'voltage_amplitude'"),
+        ("voltage=0:1:3", "^--over voltage: 'voltage' is not a device field; did you mean 'voltage_amplitude'"),
         ("drive_frequency=1,2", "did you mean 'frequency'"),
         ("stretch_limit=1,2", "did you mean 'material.stretch_limit'"),
         ("damping=1,2", "did you mean 'damping_coefficient', 'damping_ratio' or 'quality_factor'"),
-        ("prestretch_mode=1,2", "prestretch_mode: is not numeric and cannot be swept"),
+        ("prestretch_mode=1,2", "^--over prestretch_mode: is not numeric and cannot be swept"),
         ("film_thickness=0:1 mm:3", "must be greater than 0 m"),
         ("film_thickness=0.1:1 mm:3", "0.1 has no unit, but the others do"),
         ("voltage_amplitude=0 Hz,1 Hz", "Hz is a unit of frequency, not of voltage"),

@@ -63,6 +63,22 @@ def test_a_tiny_drive_about_a_bias_gives_the_analytic_response(small):
     assert small.sizes["jump"] == 0
 
 
+@pytest.mark.parametrize("answer", ["frequency", "settled"])
+def test_a_phase_is_that_by_which_the_displacement_is_ahead_of_the_voltage_over_time(answer):
+    """The label names the sign: the disc follows the voltage by a part of a period, so that its phase is negative."""
+    omega, count = 1.3, 400
+    model = LINEAR.replace(drive_frequency=omega)
+    period = 2.0 * np.pi / omega
+    run = gelcone.simulate(model, (0.8, 0.0), times=40.0 * period + period * np.arange(count + 1) / count)
+    lines = [np.fft.rfft(run[name].values[:-1])[1] for name in ("displacement", "drive_voltage")]
+    ahead = np.degrees(np.angle(lines[0] / lines[1]))
+    assert -170.0 < ahead < -10.0
+    found = gelcone.settled(model, (0.8, 0.0)) if answer == "settled" else frequency(model, [omega, 1.6], (0.8, 0.0))
+    phase = found["harmonic_phase"]
+    assert "ahead of the voltage" in phase.attrs["long_name"]
+    assert float(phase.sel(harmonic=1).values.flat[0]) == pytest.approx(ahead, abs=0.1)
+
+
 def test_the_peak_is_that_of_a_linear_oscillator(small):
     place = equilibrium_under_bias(LINEAR, 0.6)
     peak = np.sqrt(float(LINEAR.stiffness(place, 0.6)) - 2.0 * 0.1**2)

@@ -13,6 +13,10 @@ def test_a_device_is_written_as_c(command_line, tmp_path):
     assert code == 0
     assert [line for line in out.splitlines() if "pump.c" in line]
     assert "16 N/m" in (tmp_path / "pump" / "device.toml").read_text()
+    assert "test.c are a program each: compile one with the device, as its first lines say" in out
+    for program in ("example", "test"):
+        first = (tmp_path / "pump" / f"{program}.c").read_text().partition("#include")[0]
+        assert f"cc -std=c99 -O2 -ffp-contract=off {program}.c pump.c" in first
     code, _, err = command_line("export", "biased-pump", "--c", "pump", "--film", "taut")
     assert (code, "exists already" in err) == (2, True)
 

@@ -113,6 +113,14 @@ def test_every_command_is_listed_with_its_own_line():
         assert first == names.split()
 
 
+def test_the_list_of_commands_says_which_one_answers_how_high_the_voltage_may_go():
+    assert "constant voltage" in COMMANDS["limits"]
+    assert "own frequency" in COMMANDS["operating-limits"]
+    assert "every frequency" in COMMANDS["envelope"]
+    assert all(COMMANDS[name].startswith("How high") for name in ("limits", "operating-limits", "envelope"))
+    assert "largest" in COMMANDS["drive"]
+
+
 @pytest.mark.parametrize("name", ["studio", "paper", "devices"])
 def test_commands_that_say_themselves_what_one_waits_for_are_left_to_it(name, monkeypatch):
     from contextlib import contextmanager

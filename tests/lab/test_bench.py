@@ -96,6 +96,8 @@ def test_fields_that_cannot_be_fitted():
         field_value(own, "sprig_rate")
     with pytest.raises(InputError, match=r"^free beam_rate: is not set; a field that is fitted must have one value"):
         field_value(own, "beam_rate")
+    with pytest.raises(InputError, match=r"^free material\.young_modulus: a device has material.shear_modulus"):
+        field_value(own.replace({"material.young_modulus": "45 kPa"}), "material.young_modulus")
     for changes in ({"second_film": "taut", "second_drive": "opposite"}, {"circuit": "charge"}):
         with pytest.raises(
             InputError, match="takes a source of voltage, the same on both films; leave circuit and second"

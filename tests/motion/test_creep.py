@@ -113,6 +113,8 @@ def test_a_beam_snaps_late():
     known = np.isfinite(x)
     assert np.interp(1.0, x[known], at[known]) == pytest.approx(78.4, abs=1.5)
     assert 78.4 < float(one["pull_in_time"]) < 90.0
+    longer = gelcone.creep(model, [1.25], duration=230.0, tolerance=1e-10)  # with samples at other times
+    assert float(longer["pull_in_time"][0]) == pytest.approx(float(one["pull_in_time"]), rel=1e-6)
 
 
 def test_a_creeping_device_is_a_run_of_simulate_and_ends_relaxed():
@@ -230,7 +232,7 @@ def test_a_default_duration_that_is_too_long_is_refused_by_its_cause():
         gelcone.creep(slow)
 
 
-def test_a_voltage_is_held_for_eight_time_constants_of_the_slowest_branch_where_no_time_is_given(monkeypatch):
+def test_a_voltage_is_held_for_eight_time_constants_of_the_slowest_state_where_no_time_is_given(monkeypatch):
     """A branch of 0.2 of the modulus creeps in 1.2 times its relaxation time."""
 
     class Stop(Exception):

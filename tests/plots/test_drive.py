@@ -40,3 +40,13 @@ def test_the_bars_are_the_largest_by_amount_and_a_falling_stroke_among_them():
     found = dict(zip(labels, (bar.get_width() for bar in bars.patches), strict=True))
     assert found == {"shear modulus": -3.0} | {f"field {k}": change[k] for k in range(2, 9)}
     assert labels[-1] == "shear modulus"  # the largest on top
+
+
+def test_the_motion_is_drawn_with_the_commanded_voltage_dashed():
+    """The voltage on the film, behind a circuit, is another one."""
+    shown = drive([0.1], ["spring_rate"])
+    shown["film_voltage"] = "time", [0.0, 700.0, 0.0]
+    figure = drive_figure(shown)
+    lines = [line for axes in figure.axes for line in axes.lines if list(line.get_xdata()) == [0.0, 5.0, 10.0]]
+    drawn = {tuple(line.get_ydata()): line.get_linestyle() for line in lines}
+    assert drawn == {(1.0, 3.0, 1.0): "-", (0.0, 900.0, 0.0): "--"}

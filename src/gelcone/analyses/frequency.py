@@ -42,7 +42,8 @@ def frequency_words(shown: xr.Dataset, subject: Subject) -> str:
         none, (largest, at) = np.isnan(linear), _linear_peak(shown)
         some = f", none at {none.sum()} of {linear.size} frequencies: {why}" if none.any() else ""
         where = f" at {at:.5g}{hertz}" if largest else ""  # without stroke no frequency has the largest
-        lines.append(f"linear theory: largest stroke {largest:.4g}{length}{where}{some}")
+        whether = "" if (shown["outcome"] == Outcome.OK).any() else "; it holds for small motions, and none was found"
+        lines.append(f"linear theory: largest stroke {largest:.4g}{length}{where}{some}{whether}")
     else:
         lines.append(f"no linear theory: {why}")
     alone = (shown["outcome"] == Outcome.OK).sum("branch").values == 1

@@ -64,10 +64,7 @@ def sweepable(option: str, name: str, device: Device | None, system: ConeSystem 
 
     if name == GELS:
         return
-    try:
-        swept_field(device, name)
-    except InputError as error:
-        raise InputError(f"{option}: {error}") from None
+    swept_field(device, name, option)
     if name in STATES:
         raise InputError(f"{option}: {unknown_field('device', name, device.swept_fields())}")
 

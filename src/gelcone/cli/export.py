@@ -74,6 +74,8 @@ def run_export(*, what: str, c: Path | None, fmu: Path | None, wasm: Path | None
         paths = export(subject.device, place, force=force, **given)
     for path in paths:
         click.echo(f"wrote {path}")
+    if c is not None:
+        click.echo("example.c and test.c are a program each: compile one with the device, as its first lines say")
 
 
 def _one_of(c: Path | None, fmu: Path | None, wasm: Path | None) -> Path | None:

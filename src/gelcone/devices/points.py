@@ -49,14 +49,15 @@ def read_swept(device: Device, name: str, values: Any) -> Any:
     return swept_field(device, name).read(name, values)
 
 
-def swept_field(device: Device, name: str) -> Field:
-    """Return a field that can be swept; `InputError` for any other name."""
+def swept_field(device: Device, name: str, option: str = "") -> Field:
+    """Return a field that can be swept; `InputError` for any other name, which begins with the option that names it."""
     fields = point_fields(device)
     if name in fields:
         return fields[name]
     if name in device.all_fields():
-        raise InputError(f"{name}: is not numeric and cannot be swept; set it and run once per value")
-    raise unknown_field("device", name, fields)
+        raise InputError(f"{option or name}: is not numeric and cannot be swept; set it and run once per value")
+    unknown = unknown_field("device", name, fields)
+    raise InputError(f"{option}: {unknown}") if option else unknown
 
 
 def read_state(initial: Sequence[Any], device: Device | None = None) -> tuple[float, ...]:

@@ -415,6 +415,8 @@ def field_value(device: Device, name: str) -> float:
 
         usable = [own for own in fields if np.ndim(device.get(own)) == 0 and (device.get(own) or 0.0) > 0.0]
         raise unknown_name("field that can be fitted", name, usable)
+    if name == "material.young_modulus":
+        raise InputError(f"free {name}: a device has material.shear_modulus, a third of it; free that")
     value = device.get(name)
     if value is None or np.ndim(value) or not (np.isfinite(value) and value > 0.0):
         shown = "not set" if value is None else f"{np.asarray(value).tolist()}"

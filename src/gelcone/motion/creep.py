@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 DECAYS = 8.0
-"""Time constants of the slowest branch that a voltage is held by default."""
+"""Time constants of the slowest state that a voltage is held by default."""
 SAMPLES, DECADES = 120, 4.0
 """Samples of the holding time, and the decades over which they are spread."""
 CURVE, FINER, FINE = 12, 2, 6
@@ -83,7 +83,8 @@ def creep(
     model : a single actuator whose film has branches; its drive gives the default of ``voltages`` alone.
     voltages : constant commanded voltages that are held. Default: the peak of the drive and, where it has one, its
         offset.
-    duration : the holding time. Default eight time constants of the slowest branch.
+    duration : the holding time. Default eight time constants of the slowest state of film and circuit; that of a
+        branch is (1 + g) tau, since under load it creeps more slowly than it relaxes.
     tolerance : relative error of one integration step. Default 1e-15.
     threads : worker threads; default one a core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).
@@ -385,9 +386,7 @@ def _passes(member: Members, times: Array, states: Array, middle: float, way: fl
         times = np.linspace(times[k - 1], times[k], ZOOMED)
         run = integrate(member, states[k - 1], times, start=float(times[0]), **options)
         states = run.states[0]
-    k = int(np.argmax((states[:, 0] - middle) * way > 0.0))
-    share = (middle - states[k - 1, 0]) / (states[k, 0] - states[k - 1, 0])
-    return float(times[k - 1] + share * (times[k] - times[k - 1]))
+    return float(times[np.argmax((states[:, 0] - middle) * way > 0.0)])
 
 
 def _electric(members: Members, run: Trajectories) -> list[Array]:

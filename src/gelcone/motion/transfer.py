@@ -110,7 +110,7 @@ def transfer(
     about = float(model.offset_voltage) if bias is None else float(bias)
     if about == 0.0:
         raise InputError(
-            "bias = 0: about no voltage a small one does not move the disc; give a bias (--bias), or voltage_bias"
+            "bias = 0: give a bias (--bias), or voltage_bias, since about no voltage a small one does not move the disc"
         )
     given = model
     # in opposite phase both films have this bias
