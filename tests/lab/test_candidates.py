@@ -162,7 +162,7 @@ def test_a_ramp_rises_in_equal_ratios_from_the_rest_to_the_stretch_limit(limit):
     if limit < 100.0:
         np.testing.assert_allclose(system.film.strain(highest, n), np.full((2, 1), limit), rtol=2e-6)
     else:
-        np.testing.assert_array_equal(highest, candidates.FARTHEST)
+        np.testing.assert_array_equal(highest, candidates.GREATEST_HEIGHT)
     x, squared = candidates._ramp(system, n, rest, highest)
     np.testing.assert_allclose(x[0, 1:] / x[0, :-1], (highest[0, 0] / rest[0, 0]) ** (1.0 / 39.0))
     assert (x[0, 0], squared[0, 0]) == (rest[0, 0], 0.0)

@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import brentq
 
 import gelcone
-from gelcone.motion.natural import ROUNDING, driven_frequency, frequency_of, natural_frequency
+from gelcone.motion.natural import STIFFNESS_ROUNDING, driven_frequency, frequency_of, natural_frequency
 from gelcone.motion.plane import Plane
 from gelcone.motion.static_limits import static_curves
 from gelcone.physics.bias import LinearSpring, Together
@@ -16,7 +16,7 @@ from tests.toys import TurningBias
 
 def test_the_frequency_is_the_root_of_the_stiffness_and_unknown_where_it_is_negative():
     """A stiffness that is negative by rounding is that of a fold."""
-    found = frequency_of(np.array([4.0, 0.25, 0.0, -0.5 * ROUNDING, -2.0 * ROUNDING, -1.0, np.nan]))
+    found = frequency_of(np.array([4.0, 0.25, 0.0, -0.5 * STIFFNESS_ROUNDING, -2.0 * STIFFNESS_ROUNDING, -1.0, np.nan]))
     np.testing.assert_array_equal(found, [2.0, 0.5, 0.0, 0.0, np.nan, np.nan, np.nan])
     assert frequency_of(9.0) == 3.0
 

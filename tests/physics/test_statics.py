@@ -116,7 +116,7 @@ def test_no_rest_is_continued_from_an_unstable_one():
     for near in (0.0, 0.01, -0.02, np.nan, None):
         assert statics._continued(member, 0, near) is None
     assert statics._continued(member, 0, 0.95 * rest) == pytest.approx(rest, rel=1e-12)
-    assert statics._continued(member, 0, rest - 1.5 * statics.FARTHEST) is None
+    assert statics._continued(member, 0, rest - 1.5 * statics.FARTHEST_REST) is None
 
 
 def test_double_cones_that_differ_in_their_second_film_alone_rest_elsewhere():

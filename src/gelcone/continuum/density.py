@@ -25,7 +25,7 @@ import numpy as np
 from gelcone.physics.component import Numbers
 from gelcone.physics.laws import StrainEnergyLaw
 
-ROUNDING = 1e-12
+STRETCH_ERROR = 1e-12
 """Relative error that Newton's method leaves in a squared stretch."""
 MOST_ITERATIONS = 60
 
@@ -125,7 +125,7 @@ def natural(law: StrainEnergyLaw, c: Numbers, m: Any, n: Any, squared: float) ->
 
 def _no_shorter(free: Any, than: Any) -> Any:
     """Free lengths, NaN where they are shorter than the gap that the film spans: there it has pulled in."""
-    return np.where((free >= than * (1.0 - ROUNDING)) & (free < np.inf), free, np.nan)
+    return np.where((free >= than * (1.0 - STRETCH_ERROR)) & (free < np.inf), free, np.nan)
 
 
 def _free(law: StrainEnergyLaw, c: Numbers, held: Any, squared: float, *, hoop: bool) -> Any:

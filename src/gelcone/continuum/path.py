@@ -35,7 +35,7 @@ FREE = slice(2, -2)
 """The unknowns that are neither on the disc nor on the rim."""
 TOLERANCE = 1e-12
 """Residual forces of an equilibrium, over the largest force of a ring on a node."""
-ROUNDING = 1e-15
+FORCE_ROUNDING = 1e-15
 """Residual forces that rounding leaves, over the largest stiffness."""
 MOST_ITERATIONS, MOST_HALVINGS = 40, 12
 """Most iterations of Newton's method from a rough guess, and most halvings of one of its steps."""
@@ -110,7 +110,9 @@ def newton(film: Film, guess: Array, squared: float, within: float = math.inf) -
         band = _regular(film, position, squared, now)
         step = np.zeros_like(position)
         step[FREE] = -_solved(band, now.internal)
-        allowed = TOLERANCE * now.scale + ROUNDING * float(np.abs(band).max()) * max(1.0, float(np.abs(position).max()))
+        allowed = TOLERANCE * now.scale + FORCE_ROUNDING * float(np.abs(band).max()) * max(
+            1.0, float(np.abs(position).max())
+        )
         if _residual(now) <= allowed:
             return _polished(film, position, step, squared, now)
         damped = _damped(film, position, step, squared, max(allowed, _residual(now)), halvings)

@@ -19,7 +19,7 @@ from gelcone.quantity import Array
 
 HEIGHTS = 40
 """Number of heights of the ramp, in equal ratios from the rest to the stretch limit."""
-FARTHEST = 6.0
+GREATEST_HEIGHT = 6.0
 """Largest height over b - a if the law has no stretch limit."""
 BISECTIONS = 40
 PHASES = 16
@@ -108,7 +108,7 @@ def _rms(values: Array) -> Array:
 def _rest(system: Any, n: Any, size: int) -> tuple[Array, Array]:
     """The rest without voltage, NaN if there is none, and the largest height below the stretch limit, (members, 1)."""
     film = system.film
-    most = np.full((size, 1), FARTHEST)
+    most = np.full((size, 1), GREATEST_HEIGHT)
     limit = np.broadcast_to(film.strain_limit(n), (size, 1)) * (1.0 - 1e-6)
     half = 0.5 * (limit + 3.0 - n["B"])
     above = (half + np.sqrt(half**2 - n["A"] * n["G"])) / n["A"]

@@ -33,7 +33,7 @@ LEVELS = 8
 """Number of sizes of kicks, each twice the one before."""
 REACH = 0.9
 """Displacement to which the largest kick carries the disc from rest without voltage, over its reach."""
-FARTHEST = 10.0
+FARTHEST_KICKED = 10.0
 """Largest such displacement, also of a film without a stretch limit."""
 HALVINGS = 6
 """Number of halvings of the interval of the smallest kick."""
@@ -121,9 +121,9 @@ def _largest_kicks(members: Members) -> Array:
 
 
 def _farthest(members: Members, k: int) -> float:
-    """`REACH` times the largest displacement of a member, at most `FARTHEST`."""
+    """`REACH` times the largest displacement of a member, at most `FARTHEST_KICKED`."""
     highest = float(members.system.film.reach(members.numbers_at(k))[1])
-    return min(REACH * highest, FARTHEST)
+    return min(REACH * highest, FARTHEST_KICKED)
 
 
 class _Kicks:

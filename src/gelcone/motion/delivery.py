@@ -78,7 +78,7 @@ def delivered(members: Members, times: Array, states: Array, lost: Array) -> dic
 def halfway(times: Array) -> int:
     """The index of the sample at which the second half of the time of runs at ``times`` (members, samples) begins."""
     begin, end = times[:, :1], times[:, -1:]
-    return int((times < begin + (0.5 - ROUNDING) * (end - begin)).sum(axis=1).max())
+    return int((times < begin + (0.5 - AT_END) * (end - begin)).sum(axis=1).max())
 
 
 MOST_CORNERS = 4000
@@ -143,7 +143,7 @@ def _limited(members: Members, line: Line, times: Array, states: Array) -> dict[
     }
 
 
-ROUNDING = 1e-9
+AT_END = 1e-9
 """Share of a span within which a corner lies at its end."""
 
 
@@ -190,4 +190,4 @@ def switched(members: Members, states: Array, times: Array, **flow: Any) -> tupl
 def lost_in_jumps(members: Members, begin: Array, spans: Array, **flow: Any) -> Array:
     """Energy (members,) lost where voltages jump, in motions from ``begin`` (members, N) at phase 0 over whole repeats
     that last ``spans`` (members,). The jump at the end counts, the one at the start does not."""
-    return switched(members, begin, (spans * (1.0 + ROUNDING))[:, None], **flow)[1][:, 0]
+    return switched(members, begin, (spans * (1.0 + AT_END))[:, None], **flow)[1][:, 0]

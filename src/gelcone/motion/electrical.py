@@ -18,7 +18,7 @@ from gelcone.physics.members import Members
 from gelcone.physics.system import ConeSystem
 from gelcone.quantity import Array
 
-ROUNDING = 1e-9
+SMALLEST_POWER = 1e-9
 """Share of the power that goes back and forth below which a mean power is rounding."""
 MEANINGS: Mapping[str, tuple[str, dataset.Of]] = {
     "current": ("largest current into a film", dataset.absent("current", infinite=JUMPS)),
@@ -66,7 +66,7 @@ def electrical(members: Members, times: Array, states: Array, begin: Array, **fl
     heat = heat_of(system, work)[:, 0] / lasts + 0.0 * current
     return {
         "current": np.where(jumps > 0.0, np.inf, current),
-        "power": np.where(np.abs(lost) <= ROUNDING * back_and_forth, 0.0, lost) + 0.0 * current,
+        "power": np.where(np.abs(lost) <= SMALLEST_POWER * back_and_forth, 0.0, lost) + 0.0 * current,
         **{f"{cause}_power": mean + 0.0 * current for cause, mean in means.items()},
         "apparent_power": np.where(jumps > 0.0, np.inf, apparent),
         "field": largest(members, path, field_of, **flow),

@@ -37,7 +37,7 @@ TIMED = ("frequency", "time")
 """Scales of parameters of a waveform, as of a chirp, by which its shape depends on the drive frequency."""
 BLOCK = 2**21
 """Most samples of motions that are computed at once."""
-ROUNDING = 1e-13
+SMALLEST_LINEAR_HARMONIC = 1e-13
 """Harmonics below this share of the mean square are rounding."""
 UNSTABLE, TOO_MANY = "no stable equilibrium under the drive's mean square", "too many harmonics of the drive"
 """Reasons why there is no linear response."""
@@ -277,9 +277,9 @@ def _passed(system: ConeSystem, line: Line, at: _Rest, samples: Array, omega: Ar
     bias, shape, count = np.broadcast_to(at.n["voltage_bias"], at.place.shape), omega.shape, samples.shape[-1]
     slopes, own = stacked(_electric_slopes(system, line, at), shape), sorted(system.places_of(line))
     commanded = np.fft.rfft(np.broadcast_to(samples, (*shape, count)) - bias[..., None])
-    commanded[np.abs(commanded) < ROUNDING * count * np.abs(samples).max(axis=-1, keepdims=True)] = 0.0
+    commanded[np.abs(commanded) < SMALLEST_LINEAR_HARMONIC * count * np.abs(samples).max(axis=-1, keepdims=True)] = 0.0
     multiples = np.arange(commanded.shape[-1], dtype=float)
-    multiples[0] = ROUNDING  # a circuit may hold its charge at a constant voltage
+    multiples[0] = SMALLEST_LINEAR_HARMONIC  # a circuit may hold its charge at a constant voltage
     s = 1j * multiples * omega[..., None]
     rests = system.electric(line, bias, 0.0, at.z, at.n)[:1] + [at.z[i] for i in own]
     swings = [slopes[..., 0, 0, None] * commanded + s * slopes[..., 0, 1, None] * commanded]
@@ -334,7 +334,7 @@ def _harmonics(members: Members, omega: Array, orders: int) -> npt.NDArray[np.co
     drives = []
     for squared, mean_square in zip(at.squares, at.mean_squares, strict=True):
         harmonics = 2j * np.fft.rfft(squared)[..., 1 : orders + 1] / squared.shape[-1]
-        harmonics[np.abs(harmonics) < ROUNDING * mean_square[..., None]] = 0.0
+        harmonics[np.abs(harmonics) < SMALLEST_LINEAR_HARMONIC * mean_square[..., None]] = 0.0
         drives.append(np.broadcast_to(harmonics, (*at.place.shape, orders)))
     there = np.flatnonzero(np.any([(drive != 0.0).any(axis=(0, 1)) for drive in drives], axis=0))
     drives = [drive[..., there] for drive in drives]

@@ -23,7 +23,7 @@ from gelcone.physics.model import ConeModel
 from gelcone.physics.statics import every_balance
 from gelcone.quantity import Array
 
-ROUNDING = 1e-9
+STIFFNESS_ROUNDING = 1e-9
 """Amount by which a stiffness that counts as zero, as in a fold, may be negative, and the share of an eigenvalue up to
 which its imaginary part is rounding."""
 
@@ -54,20 +54,20 @@ def frequencies_under(members: Members, stiffness: Array, place: Array, voltages
     (members, levels); NaN where the stiffness is negative."""
     if members.system.planar:
         return np.asarray(frequency_of(stiffness))
-    return np.where(stiffness >= -ROUNDING, _of_the_disc(slopes_under(members, place, voltages)), np.nan)
+    return np.where(stiffness >= -STIFFNESS_ROUNDING, _of_the_disc(slopes_under(members, place, voltages)), np.nan)
 
 
 def driven_frequency(model: ConeModel) -> float:
     """Natural frequency about the rest of a single model under the mean squares of its drive; NaN without one."""
     stiffness, slopes = slopes_of_drive(model)
     found = frequency_of(stiffness) if model.system.planar else _of_the_disc(slopes)
-    return float(np.where(stiffness >= -ROUNDING, found, np.nan)[0, 0])
+    return float(np.where(stiffness >= -STIFFNESS_ROUNDING, found, np.nan)[0, 0])
 
 
 def frequency_of(stiffness: Array | float) -> Any:
     """Angular frequency of small undamped motions at a slope of the static force; NaN where that is negative."""
     with np.errstate(invalid="ignore"):
-        return np.sqrt(np.where(np.asarray(stiffness) >= -ROUNDING, np.maximum(stiffness, 0.0), np.nan))[()]
+        return np.sqrt(np.where(np.asarray(stiffness) >= -STIFFNESS_ROUNDING, np.maximum(stiffness, 0.0), np.nan))[()]
 
 
 def _of_the_disc(slopes: Array) -> Array:
@@ -83,7 +83,7 @@ def _of_the_disc(slopes: Array) -> Array:
     units = np.eye(slopes.shape[-1])
     left = (solved_where_regular(right, np.broadcast_to(units[i], values.shape)) for i in range(2))
     part = sum(np.abs(right[:, i, :] * one) for i, one in enumerate(left))
-    size, swings = np.abs(values), np.abs(values.imag) > ROUNDING * np.abs(values)
+    size, swings = np.abs(values), np.abs(values.imag) > STIFFNESS_ROUNDING * np.abs(values)
     rows, pair = np.arange(len(part)), np.where(swings, part, 0.0).argmax(axis=1)
     still = np.argsort(np.where(swings, -1.0, part), axis=1)[:, -2:]
     of_two = np.where(swings, 0.0, part)[rows[:, None], still].sum(axis=1)

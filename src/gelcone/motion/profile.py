@@ -34,7 +34,7 @@ MOST_CELLS = 4000
 """Most states (heights times voltages times members) of one call."""
 MOST_AT_ONCE = 250
 """States that are computed together."""
-ROUNDING = 1e-9
+SMALLEST_EXCESS = 1e-9
 """Excess of the hoop length below which a ring is not wrinkled."""
 SLACK = KINDS.index("slack")
 
@@ -255,7 +255,7 @@ def _wrinkled(at: Profile) -> Array:
     """The share of the mounted area whose hoop is wrinkled."""
     R = at.radius[:, None, None]
     area = np.diff(R * R, axis=-1)
-    slack = (at.excess > ROUNDING) + 0.0 * at.l1
+    slack = (at.excess > SMALLEST_EXCESS) + 0.0 * at.l1
     total = np.sum(0.5 * (slack[..., 1:] + slack[..., :-1]) * area, axis=-1)
     found: Array = total / area.sum(axis=-1)
     return found

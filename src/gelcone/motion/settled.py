@@ -27,7 +27,7 @@ from gelcone.quantity import Array, Time
 if TYPE_CHECKING:
     import xarray as xr
 
-ROUNDING = 1e-12
+AT_REST = 1e-12
 """Dimensionless current, power or field of a disc at rest below which it is rounding."""
 
 
@@ -119,7 +119,7 @@ def settled_cells(
     if losing.any():
         part = members.take(losing)
         found.put(losing, settled_swing(part, states[losing], source=True, **budgets, **flow))
-    rounding = found.resting.astype(bool)[:, None] & (np.abs(found.source) < ROUNDING)
+    rounding = found.resting.astype(bool)[:, None] & (np.abs(found.source) < AT_REST)
     found.source[rounding] = 0.0
     if (ran := found.outcome == Outcome.OK).any():
         part = members.take(ran)

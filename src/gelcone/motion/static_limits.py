@@ -29,7 +29,7 @@ FIRST, CLOSER, RESOLVED = 1.0, 65, 1e-9
 which a limit is bracketed again; and the share of itself to which it is known."""
 LATER = 2.0
 """Ratio of the highest default peak voltage to the lowest quasi-static limit."""
-FARTHEST = 1024.0
+HIGHEST_SEARCHED = 1024.0
 """Highest constant voltage, dimensionless, at which limits are searched for a film without pull-in and stretch
 limit."""
 BEFORE = 1.0 - 1e-9
@@ -56,7 +56,7 @@ def ramp_limits_of(plane: Plane) -> Array:
     """Find `static_limits_of` with the pull-in of the model itself, and then that of the membrane for which a cone
     stands: NaN where that is unknown, infinite where it does not come before the cone's."""
     ramp = plane.ramp(np.zeros(1))
-    *met, membrane = _met(plane, BEFORE * ramp.pull_in if np.isfinite(ramp.pull_in) else FARTHEST)
+    *met, membrane = _met(plane, BEFORE * ramp.pull_in if np.isfinite(ramp.pull_in) else HIGHEST_SEARCHED)
     return np.array([*met, ramp.pitchfork, ramp.pull_in, membrane])
 
 
@@ -74,7 +74,7 @@ def membrane_pull_in_at_own_bias(plane: Plane) -> float:
     if np.isnan(lost):
         return lost
     begin = abs(float(plane.model.voltage_bias)) if plane.model.system.in_opposite_phase else 0.0
-    return float(_met(own, BEFORE * lost if np.isfinite(lost) else FARTHEST, begin)[-1])
+    return float(_met(own, BEFORE * lost if np.isfinite(lost) else HIGHEST_SEARCHED, begin)[-1])
 
 
 def _met(plane: Plane, highest: float, begin: float = 0.0) -> Array:
@@ -149,8 +149,8 @@ def peaks_of(plane: Plane, static: Array) -> Array:
 
 
 def _highest_of_use(plane: Plane) -> float:
-    """The lowest constant peak voltage at which the first film is within `WITHIN` of its voltage at `FARTHEST`."""
-    levels = np.geomspace(1e-3, FARTHEST, STATIC_POINTS)
+    """The lowest constant peak voltage at which the first film is `WITHIN` its voltage at `HIGHEST_SEARCHED`."""
+    levels = np.geomspace(1e-3, HIGHEST_SEARCHED, STATIC_POINTS)
     on_film = plane.ramp(levels).voltages[0]
     return float(levels[np.argmax(on_film >= (1.0 - WITHIN) * on_film[-1])])
 

@@ -24,7 +24,7 @@ SAMPLES = 128
 """Samples of a forcing period for harmonics and the deliveries of the source."""
 HARMONICS = (1, 2, 3, 4)
 """Multiples of the drive frequency with reported amplitude and phase."""
-ROUNDING = 1e-12
+SMALLEST_HARMONIC = 1e-12
 """Harmonics below this share of the largest displacement are rounding."""
 
 
@@ -63,7 +63,7 @@ class Swing(Columns):
     @property
     def phases(self) -> Array:
         """Phases of the harmonics in degrees; NaN where the disc rests or a harmonic is rounding."""
-        size = ROUNDING * np.maximum(np.abs(self.lowest), np.abs(self.highest))
+        size = SMALLEST_HARMONIC * np.maximum(np.abs(self.lowest), np.abs(self.highest))
         moves = (np.abs(self.harmonics) > size[..., None]) & ~self.resting[..., None]
         return np.where(moves, np.degrees(np.angle(self.harmonics)), np.nan)
 

@@ -15,7 +15,7 @@ from gelcone.motion.attractor.cycle import find_cycles, sampled
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.natural import natural_frequency
 from gelcone.motion.state_space import StateSpace, check_frequencies, equilibrium_under_bias, state_space
-from gelcone.motion.swing import ROUNDING, SAMPLES, Swing, harmonics_of, settled_swing
+from gelcone.motion.swing import SAMPLES, SMALLEST_HARMONIC, Swing, harmonics_of, settled_swing
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress
@@ -254,4 +254,4 @@ def _fundamentals(members: Members, states: Array, period: int, **options: Any) 
     signals = run.path[..., 0], current
     found = np.stack([harmonics_of(members, signal, SAMPLES)[:, 0] for signal in signals])
     largest = np.stack([np.abs(signal).max(axis=1) for signal in signals])
-    return np.where(np.abs(found) > ROUNDING * largest, found, np.nan)
+    return np.where(np.abs(found) > SMALLEST_HARMONIC * largest, found, np.nan)

@@ -148,7 +148,7 @@ def stored_rests(keys: Sequence[RestKey]) -> dict[RestKey, float]:
 
 # --- rests of a parameter that changes live ---------------------------------------------------------------------------
 
-FARTHEST = 0.1
+FARTHEST_REST = 0.1
 """Largest distance of a rest from the one that it continues, in units of b - a."""
 _thread = threading.local()
 
@@ -179,7 +179,7 @@ def _continued(members: Members, member: int, near: float | None) -> float | Non
         return None
     n = members.numbers_at(member)
     x = float(stable_near(np.float64(near), lambda x: members.system.static_force(x, 0.0 * x, n))[0])
-    return x if abs(x - near) < FARTHEST else None
+    return x if abs(x - near) < FARTHEST_REST else None
 
 
 def stable_near(x: Any, balance: Callable[[Any], tuple[Any, Any]]) -> tuple[Array, Array]:

@@ -22,7 +22,7 @@ from gelcone.physics.model import ConeModel
 DIGITS = 3
 MOST_SAMPLES = 2000
 """Most samples of a settled motion for current, power and field."""
-ROUNDING = 1e-9
+SMALLEST_SHARE = 1e-9
 """Rounding bound: lengths below this share of b - a are 0, and so are mean heights and harmonics below this share of
 the stroke."""
 QUANTITIES: Mapping[str, str] = {
@@ -51,13 +51,13 @@ def motion(members: Members, run: Trajectories, regime: Regime, turns: int) -> d
     lowest, highest = extent(members, run.times, run.states)
     found = {"stroke": float(highest[0] - lowest[0]), "mean height": float(x.mean())}
     for name, value in found.items():
-        found[name] = 0.0 if abs(value) <= ROUNDING * max(found["stroke"], 1.0) else value
+        found[name] = 0.0 if abs(value) <= SMALLEST_SHARE * max(found["stroke"], 1.0) else value
     if regime is Regime.PERIODIC:
         # an even number of forcing periods is a whole number of drive periods
         whole = np.concatenate([x, x], axis=1) if turns % 2 else x
         own = harmonics_of(members, whole, x.shape[1] // turns)[0]
         k = int(np.argmax(np.abs(own)))
-        if abs(own[k]) > ROUNDING * max(found["stroke"], 1.0):
+        if abs(own[k]) > SMALLEST_SHARE * max(found["stroke"], 1.0):
             found |= {"harmonic": HARMONICS[k], "lag": -float(np.degrees(np.angle(own[k]))) % 360.0}
     if "dielectric_strength" in members.values:
         times, states = _thinned(run)

@@ -188,7 +188,7 @@ def test_flags_of_both_checks_are_in_the_result(monkeypatch):
 @pytest.mark.parametrize(("share", "found"), [(0.5, True), (2.0, False)])
 def test_an_orbit_far_from_the_motion_is_not_the_orbit_of_the_motion(monkeypatch, share, found):
     point = object()
-    monkeypatch.setattr(check, "at_value", lambda *_: Corrected(point, True, share * check.FARTHEST))
+    monkeypatch.setattr(check, "at_value", lambda *_: Corrected(point, True, share * check.FARTHEST_CYCLE))
     shooting = vary(BASE, {"voltage": (0.95, 1.0)}, (1.0, 0.0)).shooting(1e-9)
     assert (check.polished(shooting, np.array([[0.3, 0.0]]), 0.97, 1.0) is point) == found
 

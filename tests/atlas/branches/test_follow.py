@@ -324,7 +324,7 @@ def test_a_guess_at_the_border_that_is_far_off_is_not_trusted(monkeypatch):
         assert last.value == 2.5
         assert np.sign(last.tangent.value) == sign
     found = follow.at_value(world, beyond.nodes, 2.5, metric)
-    monkeypatch.setattr(follow, "at_value", lambda *_: replace(found, step=2.0 * follow.FARTHEST))
+    monkeypatch.setattr(follow, "at_value", lambda *_: replace(found, step=2.0 * follow.LARGEST_GUESS_ERROR))
     assert follow._at_border(world, here, beyond, walk, metric) is None
 
 

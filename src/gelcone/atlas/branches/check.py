@@ -30,7 +30,7 @@ DISTANCE = 1e-5
 """Distance from an orbit at which a run starts, as a share of its size."""
 CLOSER = (1e-6, 1e-8, 1e-10)
 """Distances of further runs where the motion leaves from the first: some basins are narrower."""
-ROUNDING = 1e-7
+REACHED = 1e-7
 """Distance from an orbit, as a share of its size, at which a run has reached it as far as rounding allows: deviations
 can grow a millionfold within a period before they decay."""
 DECAYED = 1e-2
@@ -45,7 +45,7 @@ RESTING = 1e-7
 """Size of motions below which they are rest."""
 SETTLED = 1e-6
 """Largest difference between equal orbits, over their size."""
-FARTHEST = 0.2
+FARTHEST_CYCLE = 0.2
 """Largest distance, over the size of the motion, of the cycle that the motion is on."""
 
 LEAVES = "stable branch that the motion leaves"
@@ -147,7 +147,7 @@ def polished(shooting: Shooting, state: Array, value: float, scale: float, **flo
         return None
     metric = Metric.of(nodes, scale)
     found = at_value(shooting, nodes, value, metric)
-    return found.point if found.step < FARTHEST else None
+    return found.point if found.step < FARTHEST_CYCLE else None
 
 
 def shortest(shooting: Shooting, point: Point, scale: float) -> tuple[Shooting, Point]:
@@ -191,7 +191,7 @@ def run_perturbed(tree: Tree, **flow: Any) -> Checked:
     left = _apart(journal, stable, DISTANCE, **flow) >= RETURNED
     away = [run for run, leaves in zip(stable, left, strict=True) if leaves]
     nearer = np.array(
-        [_apart(journal, away, start, **flow) * start < np.maximum(RETURNED * start, ROUNDING) for start in CLOSER]
+        [_apart(journal, away, start, **flow) * start < np.maximum(RETURNED * start, REACHED) for start in CLOSER]
     )
     for run, returns in zip(away, nearer.T, strict=True):
         explanation = _narrow(CLOSER[int(returns.argmax())]) if returns.any() else ""

@@ -31,7 +31,7 @@ LOCATED = 1e-10
 """Newton's method ends with a step smaller than this, as a share of states and of values."""
 SMALLEST_VALUE = 1e-3
 """Least scale of steps of values, which are otherwise relative to the values."""
-ROUNDING = 2e-15
+SEGMENT_ROUNDING = 2e-15
 """Error of the end of a segment and of its tangent map, relative to their size."""
 
 
@@ -191,10 +191,10 @@ def _multipliers(shooting: Shooting, here: Pass, values: Array, at: float) -> np
 def _errors(shooting: Shooting, system: Bordered, rows: Array, corner: Array) -> Array:
     """Errors of the values, (P,), by rounding in the ends and tangent maps of the segments."""
     if len(corner) > 1:  # the error across a curve of events is of this size; along it there is none
-        return np.full(corner.shape[1], ROUNDING * 1e2)
+        return np.full(corner.shape[1], SEGMENT_ROUNDING * 1e2)
     weights, share = left_weights(system.here.tangents, shooting.signs, system.here.slopes, rows, corner)
-    ends = ROUNDING * (np.abs(system.here.ends) + np.abs(system.here.tangents).max(axis=2))
-    maps = ROUNDING * np.einsum("ki,kij,kj->", *map(np.abs, (system.left, system.here.tangents, system.null)))
+    ends = SEGMENT_ROUNDING * (np.abs(system.here.ends) + np.abs(system.here.tangents).max(axis=2))
+    maps = SEGMENT_ROUNDING * np.einsum("ki,kij,kj->", *map(np.abs, (system.left, system.here.tangents, system.null)))
     return np.array([float(np.sum(np.abs(weights) * ends) + abs(share) * maps)])
 
 

@@ -30,7 +30,7 @@ FIRST_STEP, LONGEST_STEP, SHORTEST_STEP = 0.005, 0.04, 1e-9
 """Steps along a branch, in units of the orbit's size and of the parameter's interval."""
 AIM = 2e-3
 """Error of a guess at which the length of steps aims."""
-FARTHEST = 0.05
+LARGEST_GUESS_ERROR = 0.05
 """Largest error of a guess that is trusted; a larger one may have led to another branch."""
 COLLAPSED = 1e-6
 """Ratio to its value before at which an orbit, or the difference between its halves, has collapsed."""
@@ -136,7 +136,7 @@ def _trusted(
 ) -> bool:
     """True if the next point lies on the same branch."""
     point = found.point
-    if point is None or not found.step < FARTHEST * min(1.0, 20.0 * step):
+    if point is None or not found.step < LARGEST_GUESS_ERROR * min(1.0, 20.0 * step):
         return False
     if not metric.inner(tangent, point.tangent) > SAME_WAY:
         return False
@@ -188,7 +188,7 @@ def _at_border(shooting: Shooting, here: Point, beyond: Point, walk: Walk, metri
     share = (border - here.value) / (beyond.value - here.value)
     guess = between(here, beyond, share, metric.value)
     found = at_value(shooting, guess.nodes, border, metric)
-    if found.point is None or found.step > FARTHEST:
+    if found.point is None or found.step > LARGEST_GUESS_ERROR:
         return None
     return replace(facing(found.point, beyond.tangent, metric), value=border)
 

@@ -27,7 +27,7 @@ from gelcone.quantity import Array, Quantity
 
 HELD = "held_"
 """Prefix of the name of a state that is a parameter."""
-FARTHEST = 1e6
+FARTHEST_SEARCHED = 1e6
 """The |x| up to which the limit of a branch is searched."""
 
 
@@ -84,7 +84,7 @@ class FilmAtOnce(Film):
     def reach(self, n: Numbers) -> tuple[float, float]:
         """The displacements at which neither the law nor a branch is at its limit."""
         begin, end = self.film.reach(n)
-        far = min(end, FARTHEST)
+        far = min(end, FARTHEST_SEARCHED)
         if not np.any(self.film.overstretched(far, self.held(n), n)):
             return begin, end
         limit = rise(lambda x: np.where(self.film.overstretched(x, self.held(n), n), 1.0, -1.0), 0.0 * far, far)

@@ -39,10 +39,10 @@ NEARLY = 3e-4
 MOST_STEPS = 200
 ENOUGH = 1e-9
 """Newton's method squares its error: a correction by this share of a length leaves none that doubles hold."""
-FARTHEST = 0.1
+LONGEST_STEP = 0.1
 """Longest step of Newton's method, of a squared length over itself: behind the end of the minimum a film near its
 stretch limit has a second one, at twice the length or more, to which a voltage that jumps does not lead."""
-MOST_HALVINGS, ROUNDING = 60, 1e-14
+MOST_HALVINGS, ENERGY_ROUNDING = 60, 1e-14
 """Halvings of a step along which the energy does not fall, and the share of the energy that counts as rounding."""
 UNREACHED = 1e6
 """The V of a film that does not pull in; the largest at which the end of a film is searched."""
@@ -116,7 +116,7 @@ class Creeping:
                 slack = self.tension(m, squared, width, y, n, xp).across
                 return slack if known(narrow) == 0.0 else narrow * (width - 1.0) + (1.0 - narrow) * slack
 
-            return root(xp, f"crept width, {name}", residual, (m, squared, *y), lambda *at: 1.0, FARTHEST)
+            return root(xp, f"crept width, {name}", residual, (m, squared, *y), lambda *at: 1.0, LONGEST_STEP)
 
         def residual(m: Any, q: Any, squared: Any, *others: Any) -> Any:
             *y, xp = others
@@ -125,7 +125,7 @@ class Creeping:
 
         m = q
         if known(held) != 1.0:
-            m = root(xp, f"crept length, {name}", residual, (q, squared, *y), lambda q, *at: q, FARTHEST)
+            m = root(xp, f"crept length, {name}", residual, (q, squared, *y), lambda q, *at: q, LONGEST_STEP)
         return m, width_at(m, squared, y), held, narrow
 
     def solved(self, q: Any, squared: Any, y: list[Any], n: Numbers) -> tuple[Array, Array]:
@@ -152,7 +152,7 @@ class Creeping:
                 step2 = np.where(free2, np.where(free1, both2, -s2 / j22), 0.0)
                 lost = (free1 & free2 & ~((det > 0.0) & (j11 > 0.0))) | (free1 & ~free2 & ~(j11 > 0.0))
                 step1, step2 = np.where(lost, np.nan, step1), np.where(lost, np.nan, step2)
-                step1, step2 = (np.where(moving, np.clip(s, -FARTHEST, FARTHEST), 0.0) for s in (step1, step2))
+                step1, step2 = (np.where(moving, np.clip(s, -LONGEST_STEP, LONGEST_STEP), 0.0) for s in (step1, step2))
                 before = m, width
                 m, width = np.maximum(m + m * step1, q), np.maximum(width + width * step2, 1.0)
                 change = np.fmax(np.abs(m - before[0]) / m, np.abs(width - before[1]) / width)
@@ -194,10 +194,13 @@ class Creeping:
             det = h11 * h22 - h12 * h12
             step1 = np.where(free1, (h12 * s2 - h22 * s1) / det, 0.0)
             step2 = np.where(free2, (h12 * s1 - h11 * s2) / det, 0.0)
-            before, share = energy(m, width), FARTHEST / np.maximum(np.fmax(np.abs(step1), np.abs(step2)), FARTHEST)
+            before, share = (
+                energy(m, width),
+                LONGEST_STEP / np.maximum(np.fmax(np.abs(step1), np.abs(step2)), LONGEST_STEP),
+            )
             for _ in range(MOST_HALVINGS):
                 long, wide = np.maximum(m * np.exp(share * step1), q), np.maximum(width * np.exp(share * step2), 1.0)
-                falls = energy(long, wide) <= before + ROUNDING * (1.0 + np.abs(before))
+                falls = energy(long, wide) <= before + ENERGY_ROUNDING * (1.0 + np.abs(before))
                 if falls.all():
                     break
                 share = np.where(falls, share, 0.5 * share)

@@ -18,7 +18,7 @@ from gelcone.physics.component import Numbers
 from gelcone.physics.laws import StrainEnergyLaw
 from gelcone.quantity import Array
 
-ROUNDING = 1e-12
+SAME_STRETCH = 1e-12
 """Squared stretches that differ by less, relatively, count as equal."""
 GRID = 2000
 """Squared stretches among which the first turning of Vb is searched."""
@@ -77,9 +77,9 @@ def _turnings_of(law: StrainEnergyLaw, names: tuple[str, ...], rows: bytes, coun
         hump = rise(lambda t: -slope(t), low, high)
         # Vb falls from the hump to the valley and rises from there to the stretch limit
         end = most[:, 0]
-        valley = rise(slope, hump * (1.0 + ROUNDING), end)
+        valley = rise(slope, hump * (1.0 + SAME_STRETCH), end)
     turns = falls.any(axis=1)
     hump = np.where(turns, hump, np.inf)
-    valley = np.where(turns & (valley < end * (1.0 - ROUNDING)), valley, np.inf)
+    valley = np.where(turns & (valley < end * (1.0 - SAME_STRETCH)), valley, np.inf)
     hump.flags.writeable = valley.flags.writeable = False
     return hump, valley

@@ -16,7 +16,7 @@ from gelcone.membrane.gel import MOST_STRETCHED
 from gelcone.physics.bracket import rise
 from gelcone.physics.component import Numbers
 from gelcone.physics.film.creeping import UNREACHED
-from gelcone.physics.film.crumpling import ROUNDING, crumpling
+from gelcone.physics.film.crumpling import SAME_STRETCH, crumpling
 from gelcone.physics.film.film import Border
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.implicit import known, root, traced
@@ -407,7 +407,7 @@ class Elastic:
         sides, q = self.law.strain_limit(n) + 3.0 - n["A"] * (1.0 + xx), 1.0 + xx  # B n + G/(q n) at the limit
         root_of = np.sqrt(np.maximum(np.square(sides) - 4.0 * n["B"] * n["G"] / q, 0.0))
         wide = (sides + root_of) / (2.0 * n["B"])
-        return np.fmax(wide * (1.0 - ROUNDING) - 1.0, 0.0)
+        return np.fmax(wide * (1.0 - SAME_STRETCH) - 1.0, 0.0)
 
     def _gone(self, xx: Any, squared: Any, n: Numbers) -> Any:
         """Whether the energy's minimum has ended."""

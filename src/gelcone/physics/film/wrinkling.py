@@ -42,7 +42,7 @@ from gelcone.errors import InputError, check_name
 from gelcone.membrane.force import NEVER
 from gelcone.physics.component import Numbers
 from gelcone.physics.film.creeping import Creeping
-from gelcone.physics.film.crumpling import ROUNDING, crumpling, turnings, within
+from gelcone.physics.film.crumpling import SAME_STRETCH, crumpling, turnings, within
 from gelcone.physics.film.elastic import Elastic
 from gelcone.physics.film.film import Border, Film, FilmState, TracedState
 from gelcone.physics.film.taut import TautCone
@@ -329,6 +329,6 @@ class WrinklingCone(TautCone):
 def _place(x: Any, m: Any, width: Any) -> Any:
     """The index in `STATES` of a film of these lengths; -1 where it has pulled in."""
     with np.errstate(invalid="ignore"):
-        longer = m > (1.0 + np.square(x)) * (1.0 + ROUNDING)
-        place = 2 * longer + (width > 1.0 + ROUNDING)
+        longer = m > (1.0 + np.square(x)) * (1.0 + SAME_STRETCH)
+        place = 2 * longer + (width > 1.0 + SAME_STRETCH)
     return np.where(np.isnan(m), -1, place)
