@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from gelcone import Bias, Circuit, Film, Port, Quantity, State, Waveform
+from gelcone import Bias, Circuit, Film, Port, Quantity, State, StrainEnergyLaw, Waveform
 from gelcone.physics.drive import VOLTAGE
 from gelcone.physics.film.film import Border
 
@@ -62,6 +62,32 @@ class CubicBias(Bias):
     def force(self, x: Any, y: list[Any], n: Any, xp: Any = np) -> tuple[Any, Any]:
         k1, k3 = n["bias_stiffness"], n["bias_cubic"]
         return k1 * x + k3 * x * x * x, k1 + 3.0 * k3 * x * x
+
+
+class Plate(CubicBias):
+    """The same force; a device states its numbers in SI units."""
+
+    name = "plate"
+    parameters = {
+        "bias_stiffness": Quantity("k1", "stiffness at the flat film", 1.2, scale="stiffness"),
+        "bias_cubic": Quantity("k3", "cubic stiffness", 0.3, lower=0.0, scale="cubic stiffness"),
+    }
+
+
+class Quadratic(StrainEnergyLaw):
+    """W = s/2 + a s^2/2."""
+
+    name = "quadratic"
+    parameters = {"law_growth": Quantity("a", "growth of the response with the strain", 0.1, lower=0.0)}
+
+    def energy(self, strain: Any, n: Any, xp: Any = np) -> Any:
+        return 0.5 * strain * (1.0 + n["law_growth"] * strain)
+
+    def response(self, strain: Any, n: Any, xp: Any = np) -> Any:
+        return 1.0 + 2.0 * n["law_growth"] * strain
+
+    def response_slope(self, strain: Any, n: Any, xp: Any = np) -> Any:
+        return 2.0 * n["law_growth"] + 0.0 * strain
 
 
 class TurningBias(Bias):

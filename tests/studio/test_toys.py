@@ -9,6 +9,7 @@ import gelcone
 from gelcone import find_device
 from gelcone.devices.files import shipped_devices
 from gelcone.studio import exports, grids, look
+from gelcone.studio.controls import as_json
 from gelcone.studio.frames import pack
 from gelcone.studio.grids import Source
 from gelcone.studio.setting import Setting, Shelf, names_in, typed
@@ -17,6 +18,11 @@ DEVICES = {
     "waveform": ('waveform = "tests.toys:ThreeHarmonics"', {"waveform.second_harmonic": "Drive"}),
     "circuit": ('circuit = "tests.toys:FilteredVoltage"', {"circuit.filter_time": "Drive"}),
     "states": ('bias = "tests.toys:TurningBias"', {"bias.wheel_growth": "Body", "bias.wheel_turning": "Body"}),
+    "bias in SI units": ('bias = "tests.toys:Plate"', {"bias.bias_stiffness": "Body", "bias.bias_cubic": "Body"}),
+    "law": (
+        'material = {name = "g", shear_modulus = "15 kPa", relative_permittivity = 6.1, law = "tests.toys:Quadratic"}',
+        {"material.law_growth": "Gel"},
+    ),
     "film": ('film = {component = "tests.toys:PowerFilm", exponent = 1.4}', {"film.film_modulus": "Gel"}),
     "creeping film": (
         'film = {component = "taut", branches = 1, relaxation_time_1 = "0.6 s"}',
@@ -26,18 +32,23 @@ DEVICES = {
 """What is added to a device, and the groups of the controls that this brings."""
 
 
-@pytest.fixture(scope="module", params=DEVICES)
-def toy(request, tmp_path_factory):
-    """A studio that was started with such a device: its shelf, and the groups."""
-    line, groups = DEVICES[request.param]
+def shelf_of(line, folder):
+    """The shelf of a studio that was started with a device with this line."""
     text = shipped_devices()["biased-pump"].read_text(encoding="utf-8")
     head, mark, rest = text.partition("[")  # before the first table
-    given = tmp_path_factory.mktemp("toy") / "mine.toml"
+    given = folder / "mine.toml"
     part = line.partition("=")[0]
     others = "prestretch" if part == "film " else part  # a film of one's own has none
     rows = [row for row in head.splitlines() if not row.startswith(part) and others not in row]
     given.write_text("\n".join([*rows, line, ""]) + mark + rest)
-    return Shelf(given, names_in(find_device(given))), groups
+    return Shelf(given, names_in(find_device(given)))
+
+
+@pytest.fixture(scope="module", params=DEVICES)
+def toy(request, tmp_path_factory):
+    """The shelf of such a device, and the groups."""
+    line, groups = DEVICES[request.param]
+    return shelf_of(line, tmp_path_factory.mktemp("toy")), groups
 
 
 BASE = Setting(device="mine")
@@ -53,12 +64,42 @@ def moved(shelf, name):
 def test_its_parameters_are_controls_in_the_groups_of_their_parts(toy):
     shelf, groups = toy
     found = {control.name: control for control in shelf.controls(BASE)}
+    pack({"controls": as_json([*found.values()])})
     for name, group in groups.items():
         control = found[name]
         assert (control.kind, control.group) == ("number", group)
         assert control.about
         assert control.low <= control.value <= control.high
         json.dumps(control.value)
+
+
+@pytest.mark.parametrize(
+    ("line", "name", "shown"),
+    [
+        ('waveform = {component = "burst", cycles = 4, period_in_cycles = 9}', "waveform", "burst, of the file"),
+        (DEVICES["law"][0], "material.law", "quadratic, of the file"),
+    ],
+)
+def test_a_component_of_the_file_can_be_left_for_one_that_ships(tmp_path, line, name, shown):
+    """The page resets a control to the component of the file; as a choice it cannot be sent."""
+    shelf = shelf_of(line, tmp_path)
+    (control,) = [one for one in shelf.controls(BASE) if one.name == name]
+    assert (control.value, control.choices[0]) == (shown, shown)
+    json.dumps(as_json([control]))
+    other = Setting(device="mine", values={name: control.choices[1]})
+    (control,) = [one for one in shelf.controls(other) if one.name == name]
+    assert control.value == other.values[name]
+    assert shown not in control.choices
+    with pytest.raises(gelcone.InputError, match="of the file"):
+        shelf.subject(Setting(device="mine", values={name: shown}))
+
+
+def test_numbers_of_a_component_are_shown_in_their_units(tmp_path):
+    device = find_device(shelf_of(DEVICES["bias in SI units"][0], tmp_path).given)
+    stiffness = device.scales.force / device.scales.length
+    found = {control.name: control for control in Shelf(tmp_path / "mine.toml", names_in(device)).controls(BASE)}
+    k1 = found["bias.bias_stiffness"]
+    assert k1.value * 10.0 ** k1.powers[k1.unit] == pytest.approx(1.2 * stiffness)
 
 
 def test_a_control_moves_what_it_names_and_the_pictures_follow(toy):

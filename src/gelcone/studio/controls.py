@@ -180,8 +180,7 @@ def _of_components(device: Device) -> dict[str, float]:
         own = getattr(device, part)
         fields = own_fields(part, own)
         for name, quantity in component_of(part, own).parameters.items() if fields else ():
-            scale = 1.0 if quantity.scale == "1" else getattr(device.scales, quantity.scale)
-            found[f"{part}.{name}"] = float(quantity.default * scale)
+            found[f"{part}.{name}"] = float(quantity.default / device.scales.dimensionless(quantity.scale, 1.0))
     return found
 
 
@@ -226,6 +225,8 @@ def _group(name: str) -> str:
 
 def _choice(name: str, value: Any, group: str, choices: Iterable[str], about: str = "") -> Control:
     names = tuple(choices)
+    if not isinstance(value, str):  # a component with data: its name alone is that of one with the default ones
+        value = f"{value.name}, of the file"
     names = names if value in names else (value, *names)
     return Control(name, _label(name), group, "choice", value, about, choices=names)
 
