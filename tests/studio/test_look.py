@@ -43,6 +43,15 @@ def test_shares_of_the_film_are_those_of_simulate(shelf):
     assert 0.5 < slack < 1.0
 
 
+def test_a_voltage_above_the_pull_in_of_the_membrane_counts_as_in_simulate(shelf):
+    subject = shelf.subject(Setting(device="biased-pump", values={"film": "wrinkling", "voltage_offset": "1.7 kV"}))
+    result = gelcone.simulate(subject.model, subject.initial, periods=3)
+    beyond = float(result["validity_beyond_membrane"])
+    assert 0.05 < beyond < 0.95
+    shares = {entry["code"]: entry["share"] for entry in look.response(subject, 3).words["shares"]}
+    assert shares[look.BEYOND_MEMBRANE] == pytest.approx(beyond, abs=5e-3)
+
+
 def test_breakdown_is_told(shelf):
     subject = shelf.subject(Setting(device="biased-pump", values={"dielectric_strength": "8 kV/mm"}))
     shares = {entry["code"]: entry["share"] for entry in look.response(subject, 3).words["shares"]}
@@ -268,11 +277,13 @@ def test_equilibria_do_not_depend_on_what_is_left_out_of_their_key(shelf):
 @pytest.mark.parametrize("hoop", [False, True])
 @pytest.mark.parametrize("meridional", [False, True])
 @pytest.mark.parametrize("limit", [False, True])
+@pytest.mark.parametrize("beyond", [False, True])
 @pytest.mark.parametrize("breakdown", [False, True])
-def test_of_several_things_that_happen_to_a_film_the_gravest_is_shown(hoop, meridional, limit, breakdown):
+def test_of_several_things_that_happen_to_a_film_the_gravest_is_shown(hoop, meridional, limit, beyond, breakdown):
     fails = {"hoop_slack": hoop, "meridional_slack": meridional, "near_limit": limit, "breakdown": breakdown}
+    fails |= {"beyond_membrane": beyond}
     slack = [look.TAUT, look.HOOP_SLACK, look.MERIDIONAL_SLACK, look.CRUMPLED][hoop + 2 * meridional]
-    expected = look.BREAKDOWN if breakdown else look.NEAR_LIMIT if limit else slack
+    expected = look.BREAKDOWN if breakdown else look.BEYOND_MEMBRANE if beyond else look.NEAR_LIMIT if limit else slack
     marks = {name: np.array([[False, flag]]) for name, flag in fails.items()}
     assert look._coded(marks, 2).tolist() == [look.TAUT, expected]
     assert look._coded({}, 2).tolist() == [look.TAUT, look.TAUT]
@@ -286,6 +297,7 @@ def test_the_states_of_a_film_have_the_names_that_stand_at_their_place():
         "above breakdown",
         "near its stretch limit",
     )
+    assert look.FILM_STATES[look.BEYOND_MEMBRANE] == "above membrane pull-in"
     assert look.WRINKLED[: look.CRUMPLED] == look.FILM_STATES[: look.CRUMPLED]
     assert look.WRINKLED[look.CRUMPLED] == "crumpled"
     assert look.WRINKLED[look.BREAKDOWN :] == look.FILM_STATES[look.BREAKDOWN :]

@@ -61,7 +61,7 @@ STATIC_LEVELS = 2
 PULLED_IN_COLOUR = "#5b5b5b"
 RETURNS = 0.01
 """Distance, as a share of its size, within which a run counts as returned."""
-TAUT, HOOP_SLACK, MERIDIONAL_SLACK, CRUMPLED, BREAKDOWN, NEAR_LIMIT = range(6)
+TAUT, HOOP_SLACK, MERIDIONAL_SLACK, CRUMPLED, BREAKDOWN, NEAR_LIMIT, BEYOND_MEMBRANE = range(7)
 FILM_STATES = (
     "taut",
     "hoop slack",
@@ -69,6 +69,7 @@ FILM_STATES = (
     "slack in both directions",
     "above breakdown",
     "near its stretch limit",
+    "above membrane pull-in",
 )
 WRINKLED = (*FILM_STATES[:3], "crumpled", *FILM_STATES[4:])
 """States of a film that wrinkles: it crumples where a taut one would be slack in both directions."""
@@ -215,7 +216,7 @@ def _coded(fails: Mapping[str, Any], samples: int) -> Any:
     for name, value in (("hoop_slack", HOOP_SLACK), ("meridional_slack", MERIDIONAL_SLACK)):
         if name in fails:
             code[fails[name][0]] += np.uint8(value)
-    for name, value in (("near_limit", NEAR_LIMIT), ("breakdown", BREAKDOWN)):
+    for name, value in (("near_limit", NEAR_LIMIT), ("beyond_membrane", BEYOND_MEMBRANE), ("breakdown", BREAKDOWN)):
         if name in fails:
             code[fails[name][0]] = value
     return code

@@ -15,7 +15,7 @@ const CONTROLS = [
   { name: "voltage_amplitude", label: "Voltage amplitude", group: "Drive", kind: "number", value: 800, unit: "V", low: 0, high: 1600, powers: VOLTS, about: "", choices: [] },
   { name: "film", label: "Film", group: "Gel", kind: "choice", value: "taut", unit: "", low: 0, high: 1, powers: {}, about: "", choices: ["taut", "wrinkling"] },
 ];
-const FILM = ["taut", "hoop slack", "meridian slack", "slack in both directions", "above breakdown", "near its stretch limit"];
+const FILM = ["taut", "hoop slack", "meridian slack", "slack in both directions", "above breakdown", "near its stretch limit", "above membrane pull-in"];
 const AXES = { time: "time (ms)", displacement: "height (mm)", velocity: "velocity (m/s)", voltage: "voltage (V)", constant: "constant voltage (V)", frequency: "frequency (Hz)", amplitude: "amplitude (mm)" };
 const ABOUT = { axes: AXES, si: true, disc: 8, rim: 30, second: null, bias: "spring", film: FILM, wrinkles: false, film_of: "cone", name: "biased pump", strength: true, doubts: [] };
 const HELLO = { kind: "hello", id: 1, version: "0", devices: ["biased-pump", "soft-film"], presets: { base: "the base set" }, regimes: [{ name: "rest", colour: "#777777" }, { name: "periodic", colour: "#0072b2" }, { name: "quasi-periodic", colour: "#009e73" }, { name: "chaotic", colour: "#d55e00" }] };

@@ -8,7 +8,7 @@ const from = (name) => import(`../../../src/gelcone/studio/static/${name}.js`);
 const { portraitPanel, spectrumPanel, staticsPanel, timePanel } = await from("panels"), { Cone } = await from("cone");
 const AXES = { time: "time (ms)", displacement: "height (mm)", velocity: "velocity (m/s)", voltage: "voltage (V)", constant: "constant voltage (V)", frequency: "frequency (Hz)", amplitude: "amplitude (mm)" };
 const ABOUT = { axes: AXES, si: true, film_of: "cone", disc: 8, rim: 30, second: null, bias: "spring", film: [], wrinkles: false };
-const FILM = [LIGHT.taut, LIGHT.around, LIGHT.meridian, LIGHT.both, LIGHT.breakdown, LIGHT.limit];
+const FILM = [LIGHT.taut, LIGHT.around, LIGHT.meridian, LIGHT.both, LIGHT.breakdown, LIGHT.limit, LIGHT.beyond];
 
 const look = (more = {}) => ({ about: ABOUT, words: { ended: "", period: 20, shares: [] }, t: Float32Array.of(0, 10, 20, 30, 40), x: Float32Array.of(0, 2, 4, 2, 0), u: Float32Array.of(1, 1, -1, -1, 1), v: Float32Array.of(0, 100, 0, -100, 0), film: Uint8Array.of(0, 0, 0, 0, 0), ...more });
 const at = (time, state) => ({ time: () => time, state: () => state });

@@ -43,10 +43,10 @@ test("colours are those of the style sheet, by theme, and those of the film in t
   for (const [theme, own] of [["light", LIGHT], ["dark", DARK]]) {
     palette.setTheme(theme);
     const c = palette.colours();
-    assert.deepEqual(c.film, [own.taut, own.around, own.meridian, own.both, own.breakdown, own.limit]);
+    assert.deepEqual(c.film, [own.taut, own.around, own.meridian, own.both, own.breakdown, own.limit, own.beyond]);
     for (const name of ["a", "b", "accent", "panel", "ink", "soft", "line", "edge", "steel"]) assert.equal(c[name], own[name], name);
     assert.equal(c.dark, theme === "dark");
-    assert.equal(new Set(c.film).size, 6);
+    assert.equal(new Set(c.film).size, 7);
   }
   palette.setTheme("light");
 });
@@ -332,7 +332,7 @@ test("a place of the run is gone to and held, none before its begin or after its
 // --- words -----------------------------------------------------------------------------------------------------------
 
 const LEGEND = { regimes: [{ name: "rest", colour: "#777777" }, { name: "periodic", colour: "#0072b2" }, { name: "quasi-periodic", colour: "#009e73" }, { name: "chaotic", colour: "#d55e00" }] };
-const FILM = ["taut", "hoop slack", "meridian slack", "slack in both directions", "above breakdown", "near its stretch limit"];
+const FILM = ["taut", "hoop slack", "meridian slack", "slack in both directions", "above breakdown", "near its stretch limit", "above membrane pull-in"];
 
 function badge(words, more = {}, about = {}) {
   browser();
@@ -393,6 +393,7 @@ test("the badge says whether the model holds", () => {
     [{ shares: [{ code: 0, share: 0.4 }, { code: 1, share: 0.6 }] }, { wrinkles: true }, "the model holds: film hoop slack 60 % (allowed for this film)", true],
     [{ shares: [{ code: 1, share: 0.9999 }, { code: 4, share: 0.001 }] }, { wrinkles: true }, "the model does not hold: film above breakdown < 1 % of the time", false],
     [{ shares: [{ code: 5, share: 1 }] }, {}, "the model does not hold: film near its stretch limit all of the time", false],
+    [{ shares: [{ code: 0, share: 0.86 }, { code: 6, share: 0.14 }] }, { wrinkles: true }, "the model does not hold: film above membrane pull-in 14 % of the time", false],
     [{ ended: "pulled in" }, {}, "the model holds until then only: film taut throughout", false],
   ];
   for (const [words, about, text, holds] of cases) {

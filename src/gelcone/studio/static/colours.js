@@ -1,5 +1,5 @@
 // The page's colours, read from the style sheet once per theme.
-const NAMES = ["bg", "panel", "ink", "soft", "line", "field", "edge", "a", "b", "accent", "taut", "around", "meridian", "both", "breakdown", "limit", "steel"];
+const NAMES = ["bg", "panel", "ink", "soft", "line", "field", "edge", "a", "b", "accent", "taut", "around", "meridian", "both", "breakdown", "limit", "beyond", "steel"];
 /** @type {any} Colours by name, those of the film's states in ``film``, and whether it is ``dark``. */
 let palette = null;
 
@@ -7,7 +7,7 @@ export function colours() {
   if (!palette) {
     const style = getComputedStyle(document.documentElement);
     palette = /** @type {any} */ (Object.fromEntries(NAMES.map((name) => [name, style.getPropertyValue(`--${name}`).trim()])));
-    palette.film = [palette.taut, palette.around, palette.meridian, palette.both, palette.breakdown, palette.limit];
+    palette.film = [palette.taut, palette.around, palette.meridian, palette.both, palette.breakdown, palette.limit, palette.beyond];
     palette.dark = document.documentElement.dataset.theme === "dark";
   }
   return palette;
