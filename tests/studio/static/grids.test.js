@@ -340,6 +340,14 @@ test("an envelope shows its window and limits at their frequencies and voltages,
   assert.ok(near(p.toX(p.right), 15) && near(p.toY(p.top), 2500) && near(p.toY(p.bottom), 0));
 });
 
+test("a limit that is not met at a frequency leaves a gap there", () => {
+  const own = setUp("envelope");
+  own.grids.message({ ...HEAD, id: own.id() }, { frequency: [5, 10, 15, 20], window: [2000, 1000, 2000, 2000], "limit pull-in": [2400, Infinity, 2200, 2100] });
+  const calls = own.p.context.calls.filter((c) => ["moveTo", "lineTo"].includes(c.name) && c.strokeStyle === LIGHT.breakdown);
+  assert.deepEqual(calls.map((c) => c.name), ["moveTo", "moveTo", "lineTo"]);
+  assert.ok(calls.every((c) => c.args.every(Number.isFinite)));
+});
+
 test("the device's own drive is where its peak is, and is said to be inside or above", () => {
   const { panel, p } = envelope();
   panel.redrawOver();

@@ -163,7 +163,7 @@ export class Plot {
       g.beginPath();
       let down = false;
       for (let i = 0, end = Math.min(x.length, most); i < end; i++) {
-        if (y[i] !== y[i] || x[i] !== x[i]) { down = false; continue; }
+        if (!Number.isFinite(y[i]) || !Number.isFinite(x[i])) { down = false; continue; } // a gap, not a line across it
         if (down) g.lineTo(this.X(x[i]), this.Y(y[i])); else g.moveTo(this.X(x[i]), this.Y(y[i]));
         down = true;
       }
