@@ -316,6 +316,8 @@ def test_a_fast_circuit_bounds_how_fast_deviations_move_and_a_slow_part_how_long
         film="taut", filter_time=[0.5, 30.0], viscous_modulus_1=0.5, relaxation_time_1=6.0, voltage=0.3
     ).members()
     np.testing.assert_allclose(slow.time_constant, [9.0, 30.0], rtol=1e-14)
+    saturated = ConeModel(film="taut", filter_time=0.01, slew_rate=0.1, voltage_bias=1.0, voltage=[0.1, 0.3])
+    np.testing.assert_allclose(saturated.members().fastest, [100.0, 100.0], rtol=1e-12)
     turning = ConeModel(film="taut", bias=Slow(), filter_time=0.5).members()
     np.testing.assert_allclose(turning.time_constant, [70.0])
 

@@ -302,12 +302,16 @@ class Members(Ensemble):
     @cached_property
     def fastest(self) -> Array:
         """An upper bound of the rates of deviations from a motion, per unit time, (members,): `rate`, or the fastest
-        decay of a state of a component."""
-        system, n = self.system, self.own_numbers
+        decay of a state of a component, whether or not its circuit saturates at the start, where deviations of it stay
+        as they are."""
+        system, n, start = self.system, self.own_numbers, list(self.start_states((0.0, 0.0)).T)
         if system.planar:
             return self.rate
-        _, slopes = system.rates_and_slopes(np.zeros(self.shape), list(self.start_states((0.0, 0.0)).T), n)
-        decays = [spread(np.abs(row[i + 1]), self.shape) for i, row in enumerate(slopes) if i > 1]
+        free = {str(border.switch): 1.0 for film, border in system.borders if film is None}
+        decays: list[Array] = []
+        for switches in ({}, free) if free else ({},):
+            _, slopes = system.rates_and_slopes(np.zeros(self.shape), start, n, switches)
+            decays += [spread(np.abs(row[i + 1]), self.shape) for i, row in enumerate(slopes) if i > 1]
         with np.errstate(invalid="ignore"):
             return np.fmax.reduce([self.rate, *decays])
 

@@ -226,18 +226,30 @@ class ConeSystem(Structure):
             found[place] = self._values(leaves, slopes, tau, z, n)
         return found
 
-    def rates_and_slopes(self, tau: Any, z: Sequence[Any], n: Numbers) -> tuple[list[Any], list[list[Any]]]:
-        """Rates of change, and their derivatives [i][j] by time (j = 0) and by state j - 1, of numbers or arrays."""
+    def rates_and_slopes(
+        self, tau: Any, z: Sequence[Any], n: Numbers, switches: Numbers | None = None
+    ) -> tuple[list[Any], list[list[Any]]]:
+        """Rates of change, and their derivatives [i][j] by time (j = 0) and by state j - 1, of numbers or arrays.
+
+        ``switches`` replace those that the states have.
+        """
         leaves, rows = _rates_and_slopes_of(self)
-        flat, size = self._values(leaves, [node for row in rows for node in row], tau, z, n), len(rows[0])
+        nodes, size = [node for row in rows for node in row], len(rows[0])
+        flat = self._values(leaves, nodes, tau, z, n, switches)
         found = [flat[i * size : (i + 1) * size] for i in range(len(rows))]
         return [row[0] for row in found], [row[1:] for row in found]
 
     def _values(
-        self, leaves: Mapping[str, Node], nodes: Sequence[Node], tau: Any, z: Sequence[Any], n: Numbers
+        self,
+        leaves: Mapping[str, Node],
+        nodes: Sequence[Node],
+        tau: Any,
+        z: Sequence[Any],
+        n: Numbers,
+        switches: Numbers | None = None,
     ) -> list[Any]:
         """Values of traced formulas along motions, with the ``leaves`` of `_leaves`."""
-        values = {**n, **self.switches(tau, z, n)}
+        values = {**n, **self.switches(tau, z, n), **(switches or {})}
         known = {leaves[name].index: values[name] for name in self.numbers}
         known |= {leaf.index: at for leaf, at in zip(leaves.values(), (tau, *z), strict=False)}
         with np.errstate(all="ignore"):
