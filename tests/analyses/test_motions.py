@@ -27,7 +27,8 @@ def test_exponents_of_one_run(sign, word):
     """0.5 a repeat over 0.04 a second: a forcing period of 12.5 seconds."""
     assert said(motions.lyapunov_words, exponents(sign=sign)) == [
         f"largest exponent +0.0400 ± 0.0020 per second (+0.500 ± 0.025 per forcing period), {word}",
-        "second exponent -0.0600 ± 0.0030 per second; the sum of all is off the mean trace by 3e-09",
+        "second exponent -0.0600 ± 0.0030 per second; the sum of all is off the mean trace by 3e-09 per second, "
+        "0 without rounding",
         "averaged over 4 min after the transient",
         "over the first 5 s from the start: +0.0625, -0.125 per second",
     ]
@@ -39,6 +40,13 @@ def test_exponents_of_one_run(sign, word):
 def test_exponents_of_a_cycle(cycle, words_):
     line = said(motions.lyapunov_words, exponents(cycle=cycle))[2]
     assert line == f"from the multipliers of what it settles on, {words_}"
+
+
+def test_exponents_that_rounding_hides():
+    hidden = exponents(lyapunov=[0.04, NAN], standard_error=[0.002, NAN], finite=[0.0625, NAN], sum_residual=NAN)
+    lines = said(motions.lyapunov_words, hidden)
+    assert lines[1] == "second exponent unknown per second; not all are known: rounding hides fast decays"
+    assert lines[3] == "over the first 5 s from the start: +0.0625, unknown per second"
 
 
 def test_exponents_of_an_ensemble_and_of_a_failed_run():
@@ -86,6 +94,9 @@ def test_the_kind_of_one_motion():
         "share of the motion in which the model does not hold: near the stretch limit 12.5 %",
         "breakdown unknown: the dielectric strength is not given",
     ]
+    rest = motion(regime=int(Regime.REST), period=0, lowest=-1.083e-56, highest=1.332e-55)
+    rest["lowest"].attrs["quantity"] = rest["highest"].attrs["quantity"] = "length"
+    assert said(motions.regime_words, rest)[2] == "displacement 0 mm"
     failed = motion(outcome=int(Outcome.OUTSIDE), validity_near_limit=NAN, validity_breakdown=NAN)
     assert said(motions.regime_words, failed) == [
         f"failed: {Outcome.OUTSIDE.meaning}", "failed: outside",

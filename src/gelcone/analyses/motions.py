@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gelcone.amounts import lasting, rate_unit, unit_of, with_error
+from gelcone.amounts import lasting, rate_unit, sized_range, with_error
 from gelcone.analyses.answer import (
     counts_text,
     doubt_lines,
@@ -52,7 +52,9 @@ def _exponents(member: xr.Dataset) -> list[str]:
         return []
     at, residual = rate_unit(member["lyapunov"]), abs(float(member["sum_residual"]))
     second = with_error(float(member["lyapunov"][1]), float(member["standard_error"][1]))
-    finite = ", ".join(f"{float(value):+.4g}" for value in member["finite"])
+    known = f"the sum of all is off the mean trace by {residual:.1g} {at}, 0 without rounding"
+    lost = "not all are known: rounding hides fast decays"
+    finite = ", ".join(f"{value:+.4g}" if np.isfinite(value) else "unknown" for value in member["finite"].values)
     window, averaged = float(member["finite_time"].max()), float(member["averaged_time"])
     time, period = member["averaged_time"], int(member["cycle"])
     source = f"averaged over {lasting(averaged, time, 4)} after the transient"
@@ -61,7 +63,7 @@ def _exponents(member: xr.Dataset) -> list[str]:
         source = f"from the multipliers of what it settles on, {cycle}"
     return [
         f"largest exponent {_largest(member)}",
-        f"second exponent {second} {at}; the sum of all is off the mean trace by {residual:.1g}",
+        f"second exponent {second} {at}; {known if np.isfinite(residual) else lost}",
         source,
         f"over the first {lasting(window, time, 4)} from the start: {finite} {at}",
     ]
@@ -87,8 +89,8 @@ def _evidence(member: xr.Dataset) -> list[str]:
     lines = evidence_in_words(member)
     if int(member["outcome"]):
         return lines
-    unit, time = unit_of(member["lowest"]), member["averaged_time"]
-    lines.insert(2, f"displacement {float(member['lowest']):.4g} to {float(member['highest']):.4g}{unit}")
+    time = member["averaged_time"]
+    lines.insert(2, f"displacement {sized_range(member['lowest'], member['highest'])}")
     settled, averaged = float(member["settled_time"]), float(member["averaged_time"])
     if np.isfinite(settled):
         of_cycle = np.isfinite(member["cycle_distance"])
