@@ -5,7 +5,14 @@ import pytest
 from scipy.signal import lfilter
 
 from gelcone.motion import exponents as module
-from gelcone.motion.exponents import average, block_statistics, grown_statistics, running_estimate, steady_statistics
+from gelcone.motion.exponents import (
+    average,
+    block_statistics,
+    bound_shear,
+    grown_statistics,
+    running_estimate,
+    steady_statistics,
+)
 from gelcone.motion.settle import Clock, clocks, repeats_lasting, settle
 from gelcone.physics.model import ConeModel
 from tests.motion.test_lyapunov import CHAOS
@@ -98,7 +105,10 @@ def averaging(monkeypatch, growth, outcomes=None, damping=0.1, **given):
         )
         if outcomes is not None and len(asked) > 1:
             run.outcome = np.asarray(outcomes, dtype=np.int8)[rows]
-        run.states = run.states + np.array([0.0, 0.25])
+        run.states, run.error = (
+            run.states + np.array([0.0, 0.25]),
+            np.tile([0.0, given.get("error", 0.0)], (rows.size, 1)),
+        )
         return np.stack([more, -3.0 * more], axis=2), -2.0 * more + 0.5
 
     monkeypatch.setattr(module, "clocks", lambda members, stretch: [(of, clock)])
@@ -159,3 +169,20 @@ def test_a_sign_is_certain_three_errors_off_zero_and_above_what_shear_gives(monk
     damped, _ = averaging(monkeypatch, [small], budget=1.0)
     free, _ = averaging(monkeypatch, [small], damping=0.0, budget=1.0)
     assert (damped.sign.tolist(), free.sign.tolist()) == ([1], [0])
+
+
+def test_an_error_is_at_least_that_of_a_tangent_map_over_its_stretch(monkeypatch):
+    """Errors of the maps may all have one sign, so that an average does not lower them."""
+    found, _ = averaging(monkeypatch, [0.5, -0.25], noise=1e-6, error=0.064)
+    assert (found.standard_error[:, 0] < 1e-6).all()
+    np.testing.assert_allclose(found.standard_error[:, 1], 1e-3, rtol=1e-12)
+
+
+def test_without_damping_the_exponents_of_the_disc_alone_are_zero():
+    """Those of a circuit are not near 0."""
+    members = ConeModel(damping_ratio=[0.0, 0.1]).members()
+    result = module.Exponents.blank(2, states=3)
+    result.values[:], result.standard_error[:], result.time[:] = [0.001, -0.0012, -50.0], 1e-4, 6400.0
+    bound_shear(members, result)
+    assert result.values.tolist() == [[0.0, 0.0, -50.0], [0.001, -0.0012, -50.0]]
+    assert result.standard_error.tolist() == [[0.0012, 0.0012, 1e-4], [1e-4] * 3]

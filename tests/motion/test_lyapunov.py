@@ -1,12 +1,13 @@
 """Lyapunov exponents: analytic values, products of maps, the sum rule, SciPy, errors that mean what they say."""
 
+from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.integrate import odeint
+from scipy.integrate import odeint, solve_ivp
 
 from gelcone.codes import Outcome
 from gelcone.errors import InputError
@@ -15,6 +16,7 @@ from gelcone.motion.attractor.cycle import FIRST_TOLERANCE
 from gelcone.motion.exponents import FEWEST_BLOCKS, Exponents
 from gelcone.motion.flow import integrate
 from gelcone.motion.lyapunov import finite_exponents, lyapunov
+from gelcone.motion.regime import regime
 from gelcone.motion.settle import BLOCK, STRETCH, clocks, repeats_lasting, settle
 from gelcone.motion.tangents import FLOOR, qr_growth
 from gelcone.physics.model import ConeModel
@@ -443,3 +445,94 @@ def test_every_integration_has_the_tolerance_and_the_threads_of_the_call(integra
     lyapunov(ConeModel(voltage=0.6, drive_frequency=0.5), window=20.0, transient=20.0, tolerance=2e-15, threads=2)
     assert {threads for _, threads in integrations} == {2}
     assert {tolerance for tolerance, _ in integrations} <= {2e-15, FIRST_TOLERANCE}
+
+
+# --- an amplifier -----------------------------------------------------------------------------------------------------
+
+AMPLIFIED = {
+    "film": "taut", "filter_time": 0.05, "series_resistance": 0.05, "voltage": 0.5, "voltage_bias": 0.3,
+    "drive_frequency": 0.8, "damping_ratio": 0.1, "spring_stiffness": 0.5, "rest_height": 0.8,
+}  # fmt: skip
+SATURATES = {"slew_rate": 0.3, "current_limit": 0.35}
+
+
+@pytest.mark.parametrize("limits", [{}, {"slew_rate": 5.0, "current_limit": 9.0}], ids=["free", "saturates at first"])
+def test_the_filter_of_an_amplifier_has_its_own_rate_as_an_exponent(limits):
+    """It depends on no other state; on a cycle, where the slew rate limits it at the start alone, the exponent is
+    exactly -1/t_f, also where deviations decay by exp(-390) in a forcing period."""
+    model = ConeModel(**AMPLIFIED | {"filter_time": 0.02} | limits)
+    found = lyapunov(model, (0.9, 0.0), window=1.0, budget=500.0)
+    assert int(found["cycle"]) == 1
+    assert found["lyapunov"].values[3] == pytest.approx(-50.0, abs=3.0 * float(found["standard_error"][3]))
+    assert (found["standard_error"] < 1e-6).all()
+    assert abs(float(found["sum_residual"])) < 1e-9
+
+
+def test_the_filter_has_its_own_rate_in_chaos_too():
+    """The current is limited at times, which the voltage before the resistance does not see."""
+    model = ConeModel(**CHAOS, film="taut", filter_time=0.1, series_resistance=0.03, current_limit=0.5)
+    found = lyapunov(model, window=1.0, budget=1_000.0, transient=100.0)
+    assert int(found["cycle"]) == 0
+    assert np.abs(found["lyapunov"].values + 10.0).min() < 1e-7
+
+
+def amplified_and_varied(tau, z, n):
+    """Rates and Jacobian of a taut cone behind an amplifier that saturates, by hand."""
+    x, u, y, w = z
+    q = 1.0 + x * x
+    left = 1.0 - (q + 1.0 / q - 2.0) / n["stretch_limit"]
+    stress = 1.0 - 1.0 / (q * q)
+    slope = (stress + 2.0 * x * x * (2.0 / q**3 + stress * stress / (n["stretch_limit"] * left))) / left
+    wanted = (n["voltage_bias"] + n["voltage"] * np.sin(n["drive_frequency"] * tau) - y) / n["filter_time"]
+    current = (y - w) / n["series_resistance"]
+    followed, flowing = abs(wanted) < n["slew_rate"], abs(current) < n["current_limit"]
+    wanted, current = (
+        np.clip(wanted, -n["slew_rate"], n["slew_rate"]),
+        np.clip(current, -n["current_limit"], n["current_limit"]),
+    )
+    spring = n["spring_stiffness"] * (x - n["rest_height"])
+    rates = [
+        u,
+        x * w * w - x * stress / left - spring - 2.0 * n["damping_ratio"] * u,
+        wanted,
+        (current - 2.0 * x * u * w) / q,
+    ]
+    by_charge = flowing / (n["series_resistance"] * q)
+    jacobian = [
+        [0.0, 1.0, 0.0, 0.0],
+        [w * w - slope - n["spring_stiffness"], -2.0 * n["damping_ratio"], 0.0, 2.0 * x * w],
+        [0.0, 0.0, -float(followed) / n["filter_time"], 0.0],
+        [-2.0 * (u * w + x * rates[3]) / q, -2.0 * x * w / q, by_charge, -by_charge - 2.0 * x * u / q],
+    ]
+    return np.array(rates), np.array(jacobian)
+
+
+def test_exponents_of_a_source_that_saturates_against_short_steps_by_hand():
+    """SciPy's integrator, restarted with QR decomposition of the deviations 60 times a period, over the second of two
+    periods of the cycle. Slew rate and current are limited for a part of each: the Jacobian jumps there, and the rates
+    do not."""
+    model = ConeModel(**AMPLIFIED | SATURATES)
+    n = {name: float(value) for name, value in model.values.items()}
+    found, named = lyapunov(model, window=1.0, budget=500.0), regime(model)
+    assert int(found["cycle"]) == 1
+    assert abs(float(found["sum_residual"])) < 1e-9
+
+    def varied(tau, y):
+        rates, jacobian = amplified_and_varied(tau, y[:4], n)
+        return np.concatenate([rates, (jacobian @ y[4:].reshape(4, 4)).ravel()])
+
+    period = 2.0 * np.pi / 0.8
+    z, frame, growth, limited = named["section"].values[-1], np.eye(4), np.zeros(4), []
+    times = np.linspace(0.0, 2.0 * period, 121)
+    for start, end in pairwise(times):
+        run = solve_ivp(varied, (start, end), [*z, *frame.ravel()], "DOP853", rtol=1e-8, atol=1e-10)
+        z, (frame, triangle) = run.y[:4, -1], np.linalg.qr(run.y[4:, -1].reshape(4, 4))
+        growth += np.log(np.abs(np.diagonal(triangle))) * (start >= 0.999 * period)
+        jacobian = amplified_and_varied(end, z, n)[1]
+        limited.append([jacobian[2, 2] == 0.0, jacobian[3, 2] == 0.0])
+    np.testing.assert_allclose(z, named["section"].values[-1], atol=1e-7)
+    shares = np.mean(limited, axis=0)
+    assert ((shares > 0.1) & (shares < 0.9)).all()
+    by_hand, values = growth / period, found["lyapunov"].values
+    assert by_hand[:2].sum() == pytest.approx(values[:2].sum(), abs=1e-6)
+    np.testing.assert_allclose(by_hand[2:], values[2:], atol=1e-6)

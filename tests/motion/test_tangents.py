@@ -1,4 +1,4 @@
-"""Tangent maps of any number of states: known exponents, multipliers, fixed points; two states by both formulas."""
+"""Tangent maps of any number of states: known exponents, fixed points; two states by both formulas."""
 
 from types import SimpleNamespace
 
@@ -11,12 +11,11 @@ from gelcone.codes import Regime
 from gelcone.motion import orbit, tangents
 from gelcone.motion.attractor import cycle
 from gelcone.motion.attractor.classification import RETURNS
-from gelcone.motion.cyclic import scaled_product
 from gelcone.motion.exponents import average
 from gelcone.motion.lyapunov import lyapunov
 from gelcone.motion.regime import regime
 from gelcone.motion.settle import Clock
-from gelcone.motion.tangents import TangentRun, advance, first_frames, log_multipliers, qr_growth, solved
+from gelcone.motion.tangents import TangentRun, advance, first_frames, qr_growth, resolved, solved
 from gelcone.physics.model import ConeModel
 from tests import recorded
 from tests.recorded import numbers
@@ -50,15 +49,6 @@ def test_growth_of_two_states_is_the_same_by_both_formulas(monkeypatch):
     fast, slow = both_ways(monkeypatch, lambda: qr_growth(maps, first_frames(np.zeros((30, 2)))))
     np.testing.assert_allclose(slow[0], fast[0], rtol=0.0, atol=1e-12)
     np.testing.assert_allclose(np.abs(slow[1]), np.abs(fast[1]), rtol=0.0, atol=1e-12)
-
-
-def test_multipliers_of_two_states_are_the_same_by_both_formulas(monkeypatch):
-    maps = np.random.default_rng(2).normal(size=(60, 4, 2, 2))
-    product, log_scale = scaled_product(maps)
-    determinant = np.log(np.abs(np.linalg.det(product))) + 2.0 * log_scale
-    positive = np.linalg.det(product) > 0.0
-    fast, slow = both_ways(monkeypatch, lambda: log_multipliers(product, log_scale, determinant)[positive])
-    np.testing.assert_allclose(slow, fast, rtol=0.0, atol=1e-12)
 
 
 def test_solutions_for_two_states_are_the_same_by_both_formulas(monkeypatch):
@@ -100,24 +90,6 @@ def test_growth_goes_on_where_it_stopped_and_a_lost_member_leaves_the_others():
     np.testing.assert_array_equal(lost[[0, 2]], whole[[0, 2]])
 
 
-def test_multipliers_of_three_states():
-    """A complex pair of modulus 0.9 and a real one so small that only the determinant knows it."""
-    step = conjugated(TURN @ np.diag([0.9, 0.9, 1e-30]))
-    product, log_scale = scaled_product(np.tile(step, (1, 7, 1, 1)))
-    determinant = 7 * np.log(0.9**2 * 1e-30)
-    found = log_multipliers(product, log_scale, np.array([determinant]))[0]
-    np.testing.assert_allclose(found, 7 * np.log([0.9, 0.9, 1e-30]), rtol=1e-10)
-
-
-def test_multipliers_of_a_lost_member_are_nan_and_leave_the_others():
-    maps = np.tile(conjugated(np.diag([3.0, 1.0, 0.2])), (2, 2, 1, 1))
-    maps[0, 1] = np.nan
-    product, log_scale = scaled_product(maps)
-    found = log_multipliers(product, log_scale, np.full(2, 2 * np.log(0.6)))
-    assert np.isnan(found[0]).all()
-    np.testing.assert_allclose(found[1], 2.0 * np.log([3.0, 1.0, 0.2]), atol=1e-12)
-
-
 def test_equations_without_a_solution_leave_the_others():
     rng = np.random.default_rng(6)
     matrices, right = rng.normal(size=(4, 3, 3)), rng.normal(size=(4, 3))
@@ -126,6 +98,18 @@ def test_equations_without_a_solution_leave_the_others():
     assert np.isnan(found[1:3]).all()
     for i in (0, 3):
         np.testing.assert_allclose(matrices[i] @ found[i], right[i], atol=1e-12)
+
+
+def test_a_growth_that_its_map_does_not_hold_is_left_by_the_others_if_it_is_the_last():
+    """With errors of 1e-15 a map of entries near 1 holds exp(-20), and not exp(-40)."""
+    growth, whole = np.array([[[-0.1, -20.0, -40.0], [-0.1, -35.0, -40.0]]]), np.array([[-60.0, -75.0]])
+    error = 1e-15 * np.exp(-growth)
+    found, left = resolved(growth, error, whole)
+    np.testing.assert_allclose(found, [[[-0.1, -20.0, -39.9], [-0.1, np.nan, np.nan]]])
+    np.testing.assert_allclose(
+        left, [[[error[0, 0, 0], error[0, 0, 1], error[0, 0, :2].sum()], [error[0, 1, 0], np.nan, np.nan]]]
+    )
+    np.testing.assert_array_equal(resolved(growth, error, whole, maps=10**7)[0], growth)
 
 
 # --- along a made-up flow of three states -----------------------------------------------------------------------------
@@ -256,31 +240,13 @@ def test_exponents_add_up_to_the_trace_along_the_motion():
     assert averaged.values.sum() == pytest.approx(mean, abs=1e-6)
 
 
-def test_log_multipliers_equal_eigenvalues_and_stay_exact_where_they_vanish():
-    rng = np.random.default_rng(6)
-    maps = rng.normal(size=(50, 5, 2, 2))
-    product, log_scale = scaled_product(maps)
-    whole = maps[:, 0]
-    for k in range(1, 5):
-        whole = maps[:, k] @ whole
-    determinant = np.log(np.abs(np.linalg.det(whole)))
-    positive = np.linalg.det(whole) > 0.0
-    found = tangents.log_multipliers(product, log_scale, determinant)[positive]
-    expected = np.sort(np.log(np.abs(np.linalg.eigvals(whole[positive]))), axis=1)[:, ::-1]
-    np.testing.assert_allclose(found, expected, atol=1e-9)
-    tiny = np.tile(np.diag([1e-3, 1e-9]), (1, 200, 1, 1))
-    product, log_scale = scaled_product(tiny)
-    logs = tangents.log_multipliers(product, log_scale, np.array([200 * np.log(1e-12)]))
-    np.testing.assert_allclose(logs[0], [200 * np.log(1e-3), 200 * np.log(1e-9)], rtol=1e-12)
-
-
 # --- what is handed on ------------------------------------------------------------------------------------------------
 
 
 def test_a_run_continues_at_the_phase_in_which_it_stopped_and_its_first_failure_counts(monkeypatch):
     """Four stretches to a period of 3, of which six are done; the second member has failed before."""
     members = ConeModel(damping_ratio=[0.1, 0.2]).members()
-    run = TangentRun(numbers(2, 2), first_frames(numbers(2, 2)), 6, np.array([0, 4], dtype=np.int8))
+    run = TangentRun(numbers(2, 2), first_frames(numbers(2, 2)), 6, np.array([0, 4], dtype=np.int8), np.zeros((2, 2)))
     clock = Clock(4, 4, np.array([3.0, 6.0]), np.ones(2))
 
     def ran(members, states, times, **options):

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone.codes import Outcome
+from gelcone.dataset import absent
 from gelcone.motion.columns import Columns, column
 from gelcone.motion.settle import STRETCH, Clock, clocks
 from gelcone.motion.tangents import CERTAIN, FLOOR, TangentRun, advance
@@ -36,6 +37,8 @@ proportion to time, so that its exponent seems to be log(t)/t."""
 STEADY = 0.05
 """Relative difference below which the exponents of both halves of the averaging time agree, whatever their errors."""
 RUNNING_POINTS = 200
+EXPONENT = absent("rate", nan="lost to rounding", infinite="infinite")
+"""Attributes of exponents."""
 
 
 @dataclass(frozen=True)
@@ -109,6 +112,7 @@ def _average_group(
         # the trace is averaged as the exponents are, over the same blocks
         growth = np.concatenate([growth, np.concatenate([more, trace[:, :, None]], axis=2)], axis=1)
         means, errors, steady, grown = steady_statistics(growth, clock)
+        errors[:, :-1] = np.maximum(errors[:, :-1], run.error / clock.spacing[:, None])
         time = growth.shape[1] * clock.spacing
         floor = np.where(members.damped, FLOOR, shear_level(time))
         certain = np.abs(means[:, 0]) > np.maximum(CERTAIN * errors[:, 0], floor)
@@ -194,12 +198,14 @@ def running_estimate(growth: Array, clock: Clock) -> Array:
 
 
 def bound_shear(members: Members, result: Exponents) -> None:
-    """Sets the exponents of regular motions without damping to 0, with the averages as errors.
+    """Sets exponents near 0 of regular motions without damping to 0, with the averages as errors.
 
     Deviations of such a motion grow in proportion to time by shear, so that an average over T is off by log(T)/T,
     whatever its scatter.
     """
-    regular = ~members.damped & (result.sign == 0) & (result.values[:, 0] <= shear_level(result.time))
-    bound = np.abs(result.values[regular]).max(axis=1, initial=0.0)
-    result.standard_error[regular] = np.maximum(result.standard_error[regular], bound[:, None])
-    result.values[regular] = 0.0
+    level = shear_level(result.time)[:, None]
+    regular = ~members.damped & (result.sign == 0) & (result.values[:, 0] <= level[:, 0])
+    near = regular[:, None] & (np.abs(result.values) <= np.maximum(level, CERTAIN * result.standard_error))
+    bound = np.where(near, np.abs(result.values), 0.0).max(axis=1, keepdims=True, initial=0.0)
+    result.standard_error[near] = np.maximum(result.standard_error, bound)[near]
+    result.values[near] = 0.0

@@ -2,7 +2,9 @@
 
 They are averages (`gelcone.motion.exponents`) of the growth of deviations. A motion that has arrived at an attracting
 cycle has the exponents of that cycle, which follow from its multipliers without averaging. The sum of the exponents is
-the mean trace of the Jacobian along the motion (-2 zeta for two states); every result states the difference.
+the mean trace of the Jacobian along the motion (-2 zeta for two states); every result states the difference. The trace
+is integrated along the motion. Where a source saturates it jumps; the rates of the states do not, so that deviations
+pass without a saltation matrix, and the difference is that of rounding there, too.
 """
 
 from __future__ import annotations
@@ -18,7 +20,7 @@ from gelcone.dataset import Findings
 from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
 from gelcone.motion.attractor.search import cycles_reached, transient_of
-from gelcone.motion.exponents import RUNNING_POINTS, Exponents, average, bound_shear
+from gelcone.motion.exponents import EXPONENT, RUNNING_POINTS, Exponents, average, bound_shear
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.settle import Clock, check_budgets, clocks, repeats_lasting, settle
 from gelcone.motion.start import start_states
@@ -79,11 +81,11 @@ def lyapunov(
     Dataset with ``lyapunov`` (in the long run) and ``finite`` (..., exponent), ``standard_error`` of the former,
     ``averaged_time``, ``cycle`` (period in forcing periods of the attracting cycle, or 1 for rest, whose exponents they
     are; 0 where they are averages), ``sign`` of the largest (0: uncertain within the budget), ``sum_residual`` (their
-    sum less the mean trace of the Jacobian along the motion, -2 zeta for two states; zero in exact arithmetic),
-    ``running_time`` and
-    ``running_exponent`` of the average and ``finite_time`` and ``finite_exponent`` of the window, against window
-    length, and ``outcome``.
-    Exponents are per unit of dimensionless time; ``per_repeat`` is the largest per forcing period.
+    sum less the mean trace of the Jacobian along the motion, -2 zeta for two states; zero in exact arithmetic, whether
+    or not a source saturates), ``running_time`` and ``running_exponent`` of the average and ``finite_time`` and
+    ``finite_exponent`` of the window, against window length, and ``outcome``.
+    Exponents are per unit of dimensionless time; ``per_repeat`` is the largest per forcing period. An exponent is NaN
+    where deviations decay so fast that rounding hides them.
 
     Raises
     ------
@@ -142,9 +144,9 @@ def lyapunov_cells(
     time = np.where(outcome == Outcome.OK, result.time, np.nan)
     return Findings(
         {
-            "lyapunov": (("exponent",), values, "Lyapunov exponents per unit time after the transient", "rate"),
-            "standard_error": (("exponent",), result.standard_error, "standard error of the exponents", "rate"),
-            "finite": (("exponent",), finite, "Lyapunov exponents per unit time over the window", "rate"),
+            "lyapunov": (("exponent",), values, "Lyapunov exponents per unit time after the transient", EXPONENT),
+            "standard_error": (("exponent",), result.standard_error, "standard error of the exponents", EXPONENT),
+            "finite": (("exponent",), finite, "Lyapunov exponents per unit time over the window", EXPONENT),
             "per_repeat": ((), values[:, 0] * members.forcing_period, "largest exponent per forcing period", "share"),
             "averaged_time": ((), time, "averaging time behind the exponents", "time"),
             "cycle": ((), cycle, "period of the cycle behind the exponents, 0 if averaged", "count"),
@@ -153,7 +155,7 @@ def lyapunov_cells(
                 (),
                 residual,
                 "sum of the exponents less the mean trace of the Jacobian",
-                "rate",
+                EXPONENT,
             ),
             "running_time": (("window",), running[..., 0], "averaging time so far, after the transient", "time"),
             "running_exponent": (("window",), running[..., 1], "largest exponent so far, after the transient", "rate"),

@@ -21,7 +21,8 @@ from gelcone.errors import InputError
 from gelcone.motion.cyclic import scaled_product
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate, phase_program, smallest_step
 from gelcone.motion.job import Trajectories
-from gelcone.motion.tangents import contraction, log_multipliers, solved
+from gelcone.motion.multipliers import log_multipliers, multipliers_of_rings
+from gelcone.motion.tangents import contraction, solved
 from gelcone.physics.drive import VOLTAGE
 from gelcone.physics.members import Members
 from gelcone.physics.system import ConeSystem
@@ -267,18 +268,20 @@ class Shooting:
         ahead[:-1], ahead[-1] = nodes[1:], self.signs * nodes[0]
         return ends - ahead
 
-    def log_determinant(self, tangents: Array, values: Sequence[float]) -> float:
-        """Logarithm of the determinant of the map; for a planar system exactly -2 zeta times its length."""
-        if self.system.planar:
-            numbers = self.numbers_at(values)
-            time = self.phase / float(numbers["drive_frequency"])
-            return -2.0 * float(numbers["damping_ratio"]) * self.kind.repeats * time
-        return float(np.linalg.slogdet(tangents)[1].sum())
+    def log_determinant(self, values: Sequence[float]) -> float:
+        """Logarithm of the determinant of the map of a planar system, -2 zeta times its length."""
+        numbers = self.numbers_at(values)
+        time = self.phase / float(numbers["drive_frequency"])
+        return -2.0 * float(numbers["damping_ratio"]) * self.kind.repeats * time
 
     def multipliers(self, tangents: Array, values: Sequence[float]) -> npt.NDArray[np.complex128]:
         """Multipliers (N,) of the map, the mirror image included where it is reflected, the largest modulus first."""
+        if not self.system.planar:
+            found = multipliers_of_rings(tangents[None], self.signs, self.tolerance)
+            with np.errstate(over="ignore"):
+                return np.asarray((np.exp(found.log_modulus) * found.direction)[0])
         product, scale = scaled_product(tangents)
-        return multipliers_of(self.signs[:, None] * product, float(scale), self.log_determinant(tangents, values))
+        return multipliers_of(self.signs[:, None] * product, float(scale), self.log_determinant(values))
 
     def inside(self, nodes: Array, values: Sequence[float]) -> bool:
         """True if the displacements of all nodes are inside the stretch limit."""
@@ -296,26 +299,17 @@ def _steps(values: Sequence[float]) -> list[float]:
 
 
 def multipliers_of(product: Array, log_scale: float, log_determinant: float) -> npt.NDArray[np.complex128]:
-    """Eigenvalues (N,) of a scaled map, the largest modulus first.
+    """Eigenvalues (2,) of a scaled map of the plane, the larger modulus first, from trace and determinant.
 
-    The smallest one follows from the determinant; with two states both follow from trace and determinant. The
-    determinant is given, since for a map that grows the computed one would be rounding.
+    The determinant is given, since for a map that grows the computed one would be rounding.
     """
-    if product.shape[-1] == 2:
-        half = 0.5 * (product[0, 0] + product[1, 1])
-        inner = half * half - np.exp(log_determinant - 2.0 * log_scale)
-        if inner < 0.0:
-            pair = complex(half, np.sqrt(-inner)) * np.exp(log_scale)
-            return np.array([pair, pair.conjugate()])
-        larger = half + np.copysign(np.sqrt(inner), half)
-        return np.array([larger * np.exp(log_scale), np.exp(log_determinant - log_scale) / larger], dtype=complex)
-    values = np.linalg.eigvals(product)
-    values = values[np.argsort(-np.abs(values), kind="stable")].astype(complex)
-    if values[-1].imag == 0.0 and np.abs(values[:-1]).all():
-        with np.errstate(over="ignore"):
-            rest = np.exp(log_determinant - len(values) * log_scale) / np.prod(np.abs(values[:-1]))
-        values[-1] = np.copysign(rest, values[-1].real)
-    return np.asarray(values * np.exp(log_scale))
+    half = 0.5 * (product[0, 0] + product[1, 1])
+    inner = half * half - np.exp(log_determinant - 2.0 * log_scale)
+    if inner < 0.0:
+        pair = complex(half, np.sqrt(-inner)) * np.exp(log_scale)
+        return np.array([pair, pair.conjugate()])
+    larger = half + np.copysign(np.sqrt(inner), half)
+    return np.array([larger * np.exp(log_scale), np.exp(log_determinant - log_scale) / larger], dtype=complex)
 
 
 # --- the orbits near the motions of an ensemble -----------------------------------------------------------------------
@@ -325,7 +319,8 @@ class Turn(NamedTuple):
     """One turn of members during Newton's method for their orbits.
 
     ``point`` (members, N), its start at phase 0; ``path`` (members, n, N), the ends of the segments;
-    ``log_multipliers`` (members, N), logarithms of the moduli of the multipliers, the largest first; Newton's ``step``
+    ``log_multipliers`` (members, N), logarithms of the moduli of the multipliers, the largest first, and their
+    ``error`` by errors in the tangent maps, as of `gelcone.motion.multipliers.log_multipliers`; Newton's ``step``
     (members, N) at the point; ``contraction`` (members,), the logarithm of the change of a volume of states over the
     turn. NaN for a run that has ended.
     """
@@ -333,6 +328,7 @@ class Turn(NamedTuple):
     point: Array
     path: Array
     log_multipliers: Array
+    error: Array
     step: Array
     contraction: Array
 
@@ -351,7 +347,7 @@ def newton(
     times = members.forcing_period[:, None] * (np.arange(n + 1) / segments)
     run = integrate(members, states, times[:, 1:], keep="tangents", tolerance=tolerances[0], **flow)
     nodes = np.concatenate([states[:, None], run.states[:, :-1]], axis=1)
-    yield (turn := _turn(members, nodes, run, times[:, -1]))[0]
+    yield (turn := _turn(members, nodes, run, times[:, -1], tolerances[0]))[0]
     own = members.take(np.repeat(np.arange(count), n))
     for tolerance in tolerances[1:]:
         nodes = nodes + turn[1]
@@ -364,10 +360,10 @@ def newton(
             tolerance=tolerance,
             **flow,
         )
-        yield (turn := _turn(members, nodes, run, times[:, -1]))[0]
+        yield (turn := _turn(members, nodes, run, times[:, -1], tolerance))[0]
 
 
-def _turn(members: Members, nodes: Array, run: Trajectories, time: Array) -> tuple[Turn, Array]:
+def _turn(members: Members, nodes: Array, run: Trajectories, time: Array, tolerance: float) -> tuple[Turn, Array]:
     """The turn whose segments begin at ``nodes`` (members, n, N) and last ``time`` (members,) together, and Newton's
     steps at all nodes."""
     assert run.tangents is not None
@@ -375,9 +371,9 @@ def _turn(members: Members, nodes: Array, run: Trajectories, time: Array) -> tup
     path, tangents = run.states.reshape(nodes.shape), run.tangents.reshape(*nodes.shape, size)
     product, log_scale = scaled_product(tangents)
     shrunk = contraction(members, run, time[:, None]).reshape(len(nodes), -1).sum(axis=1)
-    log_determinant = shrunk if size == 2 else np.linalg.slogdet(tangents)[1].sum(axis=1)
+    moduli, error = log_multipliers(tangents, (product, log_scale), shrunk, tolerance)
     step = _condensed(tangents, product, log_scale, path - np.roll(nodes, -1, axis=1))
-    return Turn(nodes[:, 0], path, log_multipliers(product, log_scale, log_determinant), step[:, 0], shrunk), step
+    return Turn(nodes[:, 0], path, moduli, error, step[:, 0], shrunk), step
 
 
 def _condensed(tangents: Array, product: Array, log_scale: Array, gaps: Array) -> Array:

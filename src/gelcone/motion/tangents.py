@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone.codes import Outcome
-from gelcone.motion.flow import integrate
+from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.job import Trajectories
 from gelcone.motion.regular import solved_where_regular
 from gelcone.motion.settle import STRETCH, Clock
@@ -25,26 +25,30 @@ CERTAIN = 3.0
 """Standard errors from zero at which the sign of an exponent counts as certain."""
 FLOOR = 1e-7
 """Exponents closer to zero than this are zero within double precision."""
+RESOLVED = 1e-3
+"""Largest error, by errors in a tangent map, of a logarithmic growth under the map that is not lost to it."""
 
 
 @dataclass
 class TangentRun:
     """The state of a run with deviations: ``states`` (members, N), orthonormal ``frames`` (members, N, N) of deviations
-    in columns, number of stretches ``done``, and the ``outcome`` (members,)."""
+    in columns, number of stretches ``done``, the ``outcome`` (members,), and the largest ``error`` (members, N) of the
+    growth of a stretch by errors in its tangent map: 0 for two states, NaN for a growth that is lost to it."""
 
     states: Array
     frames: Array
     done: int
     outcome: npt.NDArray[np.int8]
+    error: Array
 
     @classmethod
     def at(cls, states: Array) -> TangentRun:
         """A run that starts from ``states`` (members, N) at a whole forcing period."""
-        return cls(states.copy(), first_frames(states), 0, np.zeros(len(states), dtype=np.int8))
+        return cls(states.copy(), first_frames(states), 0, np.zeros(len(states), dtype=np.int8), np.zeros(states.shape))
 
     def take(self, index: Any) -> TangentRun:
         """The run of some members."""
-        return TangentRun(self.states[index], self.frames[index], self.done, self.outcome[index])
+        return TangentRun(self.states[index], self.frames[index], self.done, self.outcome[index], self.error[index])
 
 
 def first_frames(states: Array) -> Array:
@@ -65,9 +69,9 @@ def advance(
     """Continue ``run`` by some stretches.
 
     Returns the logarithmic growth of each stretch, (members, stretches, N), and the `contraction` there (members,
-    stretches); NaN from the failure of a member on. Over stretches longer than `STRETCH` the last growth is the
-    contraction less the other growths (Liouville's theorem): an exponent, but no check of the others. With more than
-    two states those between the first and the last may then be lost to rounding.
+    stretches); NaN from the failure of a member on. With two states, over stretches longer than `STRETCH`, the second
+    growth is the contraction less the first (Liouville's theorem): an exponent, but no check of the first. With more
+    states a growth that is lost to errors of the tangent map is `resolved`.
     """
     phase = (run.done % clock.per_repeat) / clock.per_repeat * clock.repeat
     times = phase[:, None] + clock.spacing[:, None] * np.arange(1, stretches + 1)
@@ -75,8 +79,13 @@ def advance(
     assert flow.tangents is not None
     growth, run.frames = qr_growth(flow.tangents, run.frames)
     whole = contraction(members, flow, np.broadcast_to(clock.spacing[:, None], times.shape))
-    long = clock.spacing * members.fastest > STRETCH * (1.0 + 1e-9)
-    growth[long, :, -1] = whole[long] - growth[long, :, :-1].sum(axis=2)
+    if _two_states(flow.tangents):
+        long = clock.spacing * members.fastest > STRETCH * (1.0 + 1e-9)
+        growth[long, :, -1] = whole[long] - growth[long, :, :-1].sum(axis=2)
+    else:
+        error = rounding(flow.tangents, growth, flow_options.get("tolerance", DEFAULT_TOLERANCE))
+        growth, error = resolved(growth, error, whole)
+        run.error = np.maximum(run.error, error.max(axis=1))
     run.states = flow.states[:, -1]
     run.done += stretches
     run.outcome = np.where(run.outcome == Outcome.OK, flow.outcome, run.outcome)
@@ -101,14 +110,23 @@ def qr_growth(tangents: Array, frames: Array) -> tuple[Array, Array]:
         return (_growth_in_the_plane if _two_states(tangents) else _growth)(tangents, frames)
 
 
-def log_multipliers(product: Array, log_scale: Array, log_determinant: Array) -> Array:
-    """Logarithms of the moduli of the eigenvalues of scaled maps (members, N, N), the largest first.
+def rounding(tangents: Array, growth: Array, tolerance: float) -> Array:
+    """Errors (..., N) of a logarithmic ``growth`` (..., N) along frames by errors of the tangent maps (..., N, N),
+    which are ``tolerance`` over their largest entries."""
+    return np.asarray(tolerance * np.abs(tangents).max(axis=(-2, -1))[..., None] * np.exp(-growth))
 
-    The smallest one follows from the determinant; the eigenvalues themselves would lose it to rounding.
+
+def resolved(growth: Array, error: Array, whole: Array, maps: int = 1) -> tuple[Array, Array]:
+    """Growths (..., N) over a number of ``maps``, NaN for one that is lost to its ``error`` (..., N), and the errors.
+
+    If it is the last one alone, it is the logarithmic change of a volume, ``whole`` (...,), less the other growths
+    (Liouville's theorem).
     """
-    larger = _larger_in_the_plane if _two_states(product) else _larger
-    found = larger(product, log_scale, log_determinant)
-    return np.concatenate([found, (log_determinant - found.sum(axis=1))[:, None]], axis=1)
+    lost = error > maps * RESOLVED
+    growth, error = np.where(lost, np.nan, growth), np.where(lost, np.nan, error)
+    growth[..., -1] = np.where(lost[..., -1], whole - growth[..., :-1].sum(axis=-1), growth[..., -1])
+    error[..., -1] = np.where(lost[..., -1], error[..., :-1].sum(axis=-1), error[..., -1])
+    return growth, error
 
 
 def solved(matrices: Array, right: Array) -> Array:
@@ -147,12 +165,6 @@ def _growth_in_the_plane(tangents: Array, frames: Array) -> tuple[Array, Array]:
     return growth, np.stack([np.stack([x, y], axis=1), np.stack([-y, x], axis=1)], axis=2)
 
 
-def _larger_in_the_plane(product: Array, log_scale: Array, log_determinant: Array) -> Array:
-    half = 0.5 * np.abs(product[:, 0, 0] + product[:, 1, 1])
-    square = half * half - np.exp(log_determinant - 2.0 * log_scale)
-    return np.where(square >= 0.0, log_scale + np.log(half + np.sqrt(np.abs(square))), 0.5 * log_determinant)[:, None]
-
-
 def _solved_in_the_plane(matrices: Array, right: Array) -> Array:
     (a, b), (c, d) = np.moveaxis(matrices, 0, 2)
     step = np.stack([d * right[:, 0] - b * right[:, 1], a * right[:, 1] - c * right[:, 0]], axis=1)
@@ -180,12 +192,3 @@ def _turned(image: Array, growth: Array) -> Array:
         frames[finite] = q * np.where(heights < 0.0, -1.0, 1.0)[:, None, :]
         growth[finite] = np.log(np.abs(heights))
     return frames
-
-
-def _larger(product: Array, log_scale: Array, log_determinant: Array) -> Array:
-    moduli = np.full(product.shape[:2], np.nan)
-    finite = np.isfinite(product).all(axis=(1, 2))
-    if finite.any():
-        moduli[finite] = np.sort(np.abs(np.linalg.eigvals(product[finite])), axis=1)[:, ::-1]
-    with np.errstate(divide="ignore"):
-        return log_scale[:, None] + np.log(moduli[:, :-1])

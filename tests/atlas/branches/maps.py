@@ -37,7 +37,7 @@ class Maps:
     def inside(self, nodes, values):
         return bool(np.abs(nodes[:, 0]).max() < self.reach)
 
-    def log_determinant(self, tangents, values):
+    def log_determinant(self, values):
         return self.kind.repeats * np.log(SHRINKS)
 
     def run(self, nodes, values):

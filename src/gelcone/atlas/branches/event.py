@@ -184,7 +184,7 @@ def _multipliers(shooting: Shooting, here: Pass, values: Array, at: float) -> np
     """Multipliers of the map. A planar system has that of the event, and the other one follows from the determinant."""
     if not shooting.system.planar:
         return shooting.multipliers(here.tangents, tuple(values))
-    other = np.exp(shooting.log_determinant(here.tangents, tuple(values))) / at
+    other = np.exp(shooting.log_determinant(tuple(values))) / at
     return np.array(sorted((at, other), key=abs, reverse=True), dtype=complex)
 
 

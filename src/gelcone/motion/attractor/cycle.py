@@ -110,7 +110,7 @@ def _found(members: Members, states: Array, clock: Clock, repeats: int, flow_opt
         time = repeats * clock.repeat
         exponents, first = (turn.log_multipliers / time[:, None] for turn in (last, before))
         # The last step was far larger than the remaining error, so the change in it bounds the error of the exponents.
-        error = np.maximum(np.abs(exponents - first), FLOOR / 10)
+        error = np.maximum(np.abs(exponents - first), np.maximum(last.error / time[:, None], FLOOR / 10))
         found = (distance < NEAR) & ((left < CONVERGENCE * distance) | (left < NEGLIGIBLE))
     period = _smallest_period(path, size)
     return Cycles(
