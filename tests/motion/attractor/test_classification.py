@@ -127,6 +127,28 @@ def test_chaos_that_ends_after_longer_than_a_transient_is_transient(changes, nam
         assert evidence.lifetime[1] == pytest.approx(lifetime, rel=1e-3, nan_ok=True)
         assert np.isnan(lifetime) or evidence.share_chaotic[1] == 1.0 - case["ended"] / STARTS
     assert evidence.coexisting[1] == ("early" in changes)
+    assert evidence.doubtful[1] == ("duration" in changes)  # the interval of the lifetime holds 2000
+
+
+@pytest.mark.parametrize("share", [0.99, 1.01])
+@pytest.mark.parametrize("end", ["lifetime_low", "lifetime", "lifetime_high"])
+def test_a_lifetime_whose_interval_holds_the_transient_leaves_the_name_doubtful(share, end):
+    """A start 1e-12 away has another lifetime: the name is doubtful on both sides of the transient's duration."""
+    members = ConeModel(damping_ratio=[1e6]).members()
+
+    def judged(duration):
+        nearby, evidence = Nearby.at(np.zeros((1, 2)), STARTS), Evidence.blank(1)
+        nearby.ended[0, : STARTS // 2], nearby.period[0, : STARTS // 2] = 500.0, 1
+        nearby.followed[0], nearby.apart[0], nearby.lowest[0], nearby.highest[0] = 900.0, 100.0, -1.0, 1.0
+        evidence.regime[:], evidence.sign[:], evidence.exponents[:] = Regime.PERIODIC, -1, -1e6
+        classification._store_lifetimes(members, np.array([0]), np.array([duration]), nearby, evidence)
+        return evidence
+
+    known = float(getattr(judged(500.0), end)[0])
+    inside = {"lifetime_low": share > 1.0, "lifetime": True, "lifetime_high": share < 1.0}[end]
+    found = judged(share * known)
+    assert bool(found.doubtful[0]) == inside
+    assert (found.regime[0] == Regime.TRANSIENT_CHAOS) == (share * known < float(found.lifetime[0]))
 
 
 def test_chaos_without_damping_never_ends():

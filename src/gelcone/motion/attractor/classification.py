@@ -386,6 +386,9 @@ def _store_lifetimes(
     ends = (evidence.share_chaotic[rows] < 1.0) & ~evidence.coexisting[rows]
     lasted = evidence.lifetime[rows] > duration[rows]
     evidence.regime[rows[returns & ends & lasted]] = Regime.TRANSIENT_CHAOS
+    # a start next to this one may have a lifetime on the other side
+    either = (evidence.lifetime_low[rows] <= duration[rows]) & (evidence.lifetime_high[rows] > duration[rows])
+    evidence.doubtful[rows[returns & ends & either]] = True
     undamped = (evidence.regime == Regime.CHAOTIC) & ~members.damped
     evidence.chaotic_until[undamped] = (evidence.settled_time + evidence.averaged_time)[undamped]
     evidence.share_chaotic[undamped], evidence.lifetime[undamped] = 1.0, np.inf
