@@ -22,7 +22,7 @@ def test_a_capacitance_tells_the_height(kind):
     farads = known * s.size("capacitance")
     found = gelcone.sense(own, farads, voltage=volts, uncertainty=1e-12)
     np.testing.assert_allclose(found.displacement.values, 1e3 * heights, rtol=1e-7)
-    again = gelcone.sense(own, farads + 1e-12, voltage=volts)
+    again = gelcone.sense(own, farads - 1e-12, voltage=volts)  # the capacitance rises the faster, the higher the disc
     np.testing.assert_allclose(
         np.abs(again.displacement.values - found.displacement.values), found.displacement_error.values, rtol=1e-2
     )
@@ -57,6 +57,14 @@ def test_a_sense_of_height_says_with_which_error():
     found = gelcone.sense(model, [1.3, 1.5], voltage=0.2, uncertainty=0.01)
     x = found["displacement"].values
     np.testing.assert_allclose(1.0 + x * x, [1.3, 1.5], rtol=1e-9)  # of the cone
-    np.testing.assert_allclose(found["displacement_error"], 0.01 / (2.0 * x), rtol=1e-6)
+    np.testing.assert_allclose(found["displacement_error"], x - np.sqrt(x * x - 0.01), rtol=1e-6)
     assert json.loads(found.attrs["options"]) == {"voltage": 0.2, "uncertainty": 0.01}
     assert (gelcone.sense(model, [1.3])["displacement_error"] == 0.0).all()
+
+
+def test_next_to_the_flat_film_the_height_is_within_its_error_of_the_plane():
+    """Where the capacitance does not rise with the height at first, its error is not that of a slope."""
+    model = gelcone.ConeModel(rest_height=0.8, hoop_prestretch=1.4)
+    found = gelcone.sense(model, [1.0001, 0.999, 0.98], uncertainty=0.01)
+    np.testing.assert_allclose(found["displacement"], [0.01, 0.0, np.nan], atol=1e-9)
+    np.testing.assert_allclose(found["displacement_error"], [np.sqrt(0.0101) - 0.01, np.sqrt(0.009), np.nan], atol=1e-9)

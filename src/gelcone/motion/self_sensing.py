@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 HALVINGS = 60
-STEP = 1e-5
-"""Relative difference of a height for the slope of the capacitance."""
 
 
 @for_devices
@@ -38,7 +36,8 @@ def sense(
     Returns
     -------
     Dataset over ``sample``: ``capacitance``, and the ``displacement``, above the film's plane, with its
-    ``displacement_error`` that follows from the uncertainty. NaN for a capacitance that the film does not reach.
+    ``displacement_error``, the larger distance to the displacements of a capacitance that is off by the uncertainty.
+    NaN for a capacitance that the film does not reach within that.
 
     Raises
     ------
@@ -50,7 +49,7 @@ def sense(
     >>> model = gelcone.ConeModel(rest_height=0.8, hoop_prestretch=1.4)
     >>> found = gelcone.sense(model, [1.3], uncertainty=0.01)
     >>> f"{found.displacement.item():.4f} +- {found.displacement_error.item():.4f}"
-    '0.5477 +- 0.0091'
+    '0.5477 +- 0.0092'
     """
     system = single_film(model, "sense")
     measured = np.atleast_1d(np.asarray(capacitance, dtype=float))
@@ -62,32 +61,32 @@ def sense(
         with np.errstate(all="ignore"):
             return np.asarray(film.capacitance(x, squared + 0.0 * x, [], n), dtype=float)
 
-    x = _inverted(known, measured, film.film.reach(n))
-    step = STEP * np.maximum(np.abs(x), STEP)
-    with np.errstate(all="ignore"):
-        slope = (known(x + step) - known(x - step)) / (2.0 * step)
-        error = np.where(uncertainty > 0.0, uncertainty / np.abs(slope), 0.0)
+    x, low, high = _inverted(known, measured, film.film.reach(n), float(uncertainty))
+    error = np.maximum(high - x, x - low)
     dims = ("sample",)
     return dataset.label(
         model,
         {
             "capacitance": (dims, measured, "measured capacitance", "capacitance"),
             "displacement": (dims, x, "displacement x = h/(b-a)", "length"),
-            "displacement_error": (dims, np.where(np.isnan(x), np.nan, error), "error of the displacement", "length"),
+            "displacement_error": (dims, error, "error of the displacement", "length"),
         },
         options={"voltage": voltage, "uncertainty": uncertainty},
         title="self-sensing",
     )
 
 
-def _inverted(known: Any, wanted: Array, reach: tuple[float, float]) -> Array:
-    """The x at which ``known``, which increases where it is finite, has the ``wanted`` values; NaN where it has not."""
+def _inverted(known: Any, wanted: Array, reach: tuple[float, float], uncertainty: float) -> Array:
+    """The x at which ``known``, which increases where it is finite, has the ``wanted`` values, and the ends of the x
+    for their ``uncertainty``, (3, samples); NaN for values that are further than that from those of any x."""
     grid = np.linspace(reach[0], min(reach[1], 3.0), 601)
     values = known(grid)
     there = grid[np.isfinite(values)]
+    every = np.stack([wanted, wanted - uncertainty, wanted + uncertainty])
     if not there.size:
-        return np.full(wanted.shape, np.nan)
+        return np.full(every.shape, np.nan)
     ends = known(there[[0, -1]])
-    low, high = np.full(wanted.shape, there[0]), np.full(wanted.shape, there[-1])
-    low, high = halved(lambda x: known(x) < wanted, low, high, HALVINGS)
-    return np.where((wanted >= ends[0]) & (wanted <= ends[1]), 0.5 * (low + high), np.nan)
+    low, high = np.full(every.shape, there[0]), np.full(every.shape, there[-1])
+    low, high = halved(lambda x: known(x) < every, low, high, HALVINGS)
+    reached = (wanted >= ends[0] - uncertainty) & (wanted <= ends[1] + uncertainty)
+    return np.where(reached, 0.5 * (low + high), np.nan)
