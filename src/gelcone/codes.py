@@ -86,7 +86,7 @@ class Outcome(Code):
         6,
         "pulled in: the film lost its equilibrium under the voltage; lower the voltage or start with less energy",
     )
-    IMPOSSIBLE = 7, "has values that exclude one another, of which no actuator can be made; change the range of one"
+    IMPOSSIBLE = 7, "no actuator has these values together; narrow the range of one of them"
 
 
 class FilmPullIn(Code):

@@ -45,7 +45,7 @@ def test_limit_and_kick_are_in_words(kick, words):
     assert ("kick" in text) == (words is not None)
     assert words is None or words in text
     assert "stroke changes by, % per %: spring_rate -2, moving_mass +0.5" in text
-    assert text.endswith("a change of 1 % ends the motion or its period: film_thickness")
+    assert text.endswith("a change of 1 % leads to another motion or ends it: film_thickness")
 
 
 def best(**changes):
@@ -79,8 +79,12 @@ def test_the_best_drive(largest):
         "  limited by pull-in at 1375 V: 20% below it; this voltage stays below all limits from 10 to 13 Hz",
         "  a kick of 0.25 m/s leads to another motion",
         "  stroke changes by, % per %: spring_rate -2, moving_mass +0.5",
-        "  a change of 1 % ends the motion or its period: film_thickness",
+        "  a change of 1 % leads to another motion or ends it: film_thickness",
     ]
+    off = best().assign(detuned_stroke=("detuning", [2.5, NAN], {"units": "mm", "nan_means": "the motion ends"}))
+    off = off.assign_coords(detuning=("detuning", [-0.01, 0.01]))
+    said = "  stroke at a frequency 1% lower 2.5 mm, as much higher the motion ends"
+    assert said in drive.drive_words(off, SUBJECT).splitlines()
     free = drive.drive_words(best(limit_voltage=INF, kick=INF, sensitivity=0.5), SUBJECT).splitlines()
     assert free[-3:-1] == [
         "  no limit was met at this frequency, up to the highest voltage examined",

@@ -256,7 +256,7 @@ def test_cells_that_make_no_actuator_say_why_and_change_no_other(tmp_path):
         assert np.isnan(found[name].values[2]).all()
     assert show(tmp_path / "s").attrs["impossible"] == found.attrs["impossible"]
     words = gelcone.in_words(found).splitlines()
-    at = next(k for k, line in enumerate(words) if line.startswith("2 of 6 runs failed: has values that exclude"))
+    at = next(k for k, line in enumerate(words) if line.startswith("2 of 6 runs cannot be made: no actuator has"))
     assert words[at + 1] == f"  the first of them: {found.attrs['impossible']}"
 
 

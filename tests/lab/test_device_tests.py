@@ -164,5 +164,8 @@ def test_columns_are_found_by_name_or_named_and_turned_round(read):
     np.testing.assert_allclose(
         read(text, a="W (mN),displacement (um)\n-1,10\n-2,20\n").tests[0].set["load"], [1e-3, 2e-3]
     )
+    for micro in ("\N{MICRO SIGN}", "\N{GREEK SMALL LETTER MU}"):
+        (test,) = read(text.replace("-W, mN", "-W, uN"), a=f"W ({micro}N),displacement (um)\n-1,10\n-2,20\n").tests
+        np.testing.assert_allclose(test.set["load"], [1e-6, 2e-6])
     with pytest.raises(InputError, match="column 'W' has cells without numbers"):
         read(text, a="W,displacement (um)\n-1,10\n,20\n")

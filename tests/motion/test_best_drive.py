@@ -8,11 +8,11 @@ import pytest
 import xarray as xr
 
 import gelcone
-from gelcone.codes import Regime
+from gelcone.codes import Outcome, Regime
 from gelcone.motion import best_drive
 from gelcone.motion.best_drive import drive
 from gelcone.motion.envelope import plane_of
-from gelcone.motion.plane import NUDGE
+from gelcone.motion.plane import NUDGE, Plane
 from tests.recorded import numbers, record
 from tests.toys import ThreeHarmonics
 
@@ -318,6 +318,12 @@ def test_the_last_search_is_around_the_largest_value_along_the_edge(monkeypatch)
     assert best_drive._closest(SimpleNamespace(examine=nothing), "stroke", 0.1, 1.3).tolist() == [0.99 * 1.3, 1.3]
 
 
+def test_strokes_at_other_frequencies_are_those_of_settled_motions(found):
+    for share, stroke in zip(found["detuning"].values, found["detuned_stroke"].values, strict=True):
+        own = at(found, drive_frequency=float(found["drive_frequency"]) * (1.0 + share))
+        assert stroke == pytest.approx(float(own["stroke"]), rel=1e-3)
+
+
 def test_the_last_search_finds_more(found, monkeypatch):
     monkeypatch.setattr(best_drive, "_closest", lambda plane, largest, zeta, omega, *_: np.array([0.99, 1.0]) * omega)
     less = drive(CONE, **RANGE, threads=1)
@@ -359,6 +365,8 @@ def searched(monkeypatch, **parts):
     motion = {name: ("time", numbers(3, at=k)) for k, name in enumerate(("displacement", "drive_voltage", "time"))}
     made = {"settled_periods": xr.Dataset(motion), "_sensitivities": (["a", "b"], np.array([0.25, -0.5]))}
     made |= {"_closest": np.array([1.58, 1.61, 1.64])}
+    beside = {"stroke": np.array([4.0, 5.0]), "outcome": np.array([0.0, float(Outcome.PULLED_IN)])}
+    monkeypatch.setattr(Plane, "examine", lambda plane, omegas, peaks: asked.update(beside=(omegas, peaks)) or beside)
     made |= {"static_limits_of": np.array([1.5, np.nan]), "coexisting": {"kick_high": np.array([7.0])}}
     asked |= record(monkeypatch, best_drive, **(made | parts))
     monkeypatch.setattr(best_drive, "window_of", windows)
@@ -382,6 +390,9 @@ def test_the_best_drive_says_of_each_number_what_was_found(monkeypatch):
     assert len(asked["static_limits_of"]) == len(asked["coexisting"]) == 1
     assert sum(shares) == pytest.approx(1.0)
     peak = 0.8 * 1.95
+    np.testing.assert_allclose(asked["beside"], [[0.99 * 1.6, 1.01 * 1.6], [peak, peak]])
+    np.testing.assert_array_equal(found["detuned_stroke"], [4.0, np.nan])
+    np.testing.assert_allclose(found["detuning"], [-0.01, 0.01])
     expected = {
         "drive_frequency": 1.6, "peak_voltage": peak, "voltage": peak * 2.0 / 3.0, "voltage_bias": peak / 3.0,
         "stroke": 9.0, "work": 0.6 * 2.0 * np.pi / 1.6, "speed": np.sqrt(0.6 / 0.2), "power": 0.6,
@@ -462,3 +473,16 @@ def test_sensitivities_are_slopes_of_logarithms_at_the_drive_in_each_number_alon
     if device is None:
         assert set(slopes.values()) == {0.0}
     assert asked["options"] == (True, 5)
+
+
+@pytest.mark.parametrize(("steep", "known"), [(24.0, True), (26.0, False)])
+def test_a_stroke_that_jumps_within_a_per_cent_has_no_sensitivity(monkeypatch, steep, known):
+    """Made-up amplitudes v^24 and v^26: e^0.48 and e^0.52 within 2 % of v."""
+    swing = lambda members, states, **options: SimpleNamespace(  # noqa: E731
+        amplitude=np.broadcast_to(members.number("voltage"), members.size) ** steep,
+        forcing_periods=np.ones(members.size),
+    )
+    monkeypatch.setattr(best_drive, "settled_swing", swing)
+    names, change = best_drive._sensitivities(CONE, None, 1)
+    own = change[names.index("voltage")]
+    assert own == pytest.approx(steep, rel=1e-3) if known else np.isnan(own)

@@ -169,7 +169,7 @@ def test_an_amplifier_saturates_at_its_borders():
     assert float(abs(simulated["energy_residual"]).max()) < 1e-12
     shares = np.abs(model.voltage * np.sin(np.linspace(0.0, 8.0 * np.pi, 100_001)) + 0.1) > 0.3
     assert float(simulated["top_voltage_limited"]) == pytest.approx(shares.mean(), abs=1e-4)
-    assert simulated["top_voltage_limited"].attrs["long_name"] == "share of the time at the top voltage"
+    assert simulated["top_voltage_limited"].attrs["long_name"] == "share of the time at the limit top voltage"
     assert model.forcing_period == pytest.approx(2.0 * np.pi / 0.6)
 
 

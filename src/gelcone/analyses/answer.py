@@ -327,8 +327,15 @@ def outcome_lines(result: xr.Dataset) -> list[str]:
     codes = result["outcome"].values.ravel()
     counts = {outcome: int((codes == outcome).sum()) for outcome in Outcome if outcome}
     share = "" if codes.size == 1 else f" of {codes.size} runs"
-    lines = [f"{n if share else ''}{share} failed: {outcome.meaning}".lstrip() for outcome, n in counts.items() if n]
+    lines = [
+        f"{n if share else ''}{share} {_how(outcome)}: {outcome.meaning}".lstrip() for outcome, n in counts.items() if n
+    ]
     return lines + [f"  the first of them: {result.attrs[name]}" for name in ("impossible",) if name in result.attrs]
+
+
+def _how(outcome: Outcome) -> str:
+    """Say of a run without a result whether it failed or is of no actuator."""
+    return "cannot be made" if outcome == Outcome.IMPOSSIBLE else "failed"
 
 
 def ending_lines(result: xr.Dataset) -> list[str]:

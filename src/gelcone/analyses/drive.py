@@ -37,6 +37,10 @@ def drive_words(shown: xr.Dataset, subject: Subject) -> str:
         lines.append(f"  {named} it; this voltage stays below all limits from {ends}")
     else:
         lines.append("  no limit was met at this frequency, up to the highest voltage examined")
+    if "detuned_stroke" in shown:  # not in files of 0.2
+        lower, higher = (sized(stroke) for stroke in shown["detuned_stroke"])
+        share = abs(float(shown["detuning"][0]))
+        lines.append(f"  stroke at a frequency {share:.0%} lower {lower}, as much higher {higher}")
     kick = float(shown["kick"])
     if np.isfinite(kick):
         lines.append(f"  a kick of {sized(shown['kick'])} leads to another motion")
@@ -61,4 +65,4 @@ def _sensitivities(shown: xr.Dataset) -> list[str]:
     lost = [str(name) for name, own in zip(shown["field"].values, change, strict=True) if np.isnan(own)]
     named = f"stroke changes by, % per %: {', '.join(known)}"
     lines = textwrap.wrap(named, WIDTH, initial_indent="  ", subsequent_indent="    ") if known else []
-    return [*lines, *([f"  a change of 1 % ends the motion or its period: {', '.join(lost)}"] if lost else [])]
+    return [*lines, *([f"  a change of 1 % leads to another motion or ends it: {', '.join(lost)}"] if lost else [])]

@@ -110,9 +110,8 @@ def _source_lines(shown: xr.Dataset, subject: Subject) -> list[str]:
     lost = [name for name in ("damper", "film", "resistor", "leak", "dielectric") if f"{name}_dissipation" in shown]
     split = ", ".join(f"{name} {sized(shown[f'{name}_dissipation'].isel(time=-1), 4)}" for name in lost)
     found = [f"amplifier: up to {peaks}; rms in the second half {rms}"]
-    for name in ("slew_limited", "current_limited"):
-        if name in shown:
-            found.append(f"  {name.replace('_', ' ')} for {100.0 * float(shown[name]):.3g} % of the time")
+    limits = [str(name) for name in shown.data_vars if str(name).endswith("_limited")]
+    found += [f"  {name.replace('_', ' ')} for {100.0 * float(shown[name]):.3g} % of the time" for name in limits]
     return [*found, f"  supplied {sized(shown['supplied_energy'].isel(time=-1), 4)}, lost: {split}"] if lost else found
 
 

@@ -33,7 +33,7 @@ def write_wasm(exported: Exported, path: Path, force: bool) -> list[Path]:
     title = "".join(c for c in exported.device.name if c.isprintable())
     variables = {variable.name: k for k, variable in enumerate(exported.variables)}
     device = exported.device
-    offset, amplitude = float(device.voltage_offset), float(device.voltage_amplitude)
+    peak = float(exported.model.peak_voltage) * exported.scale_values["voltage"]
     script = {
         "VARIABLES_TABLE": json.dumps(variables, indent=2),
         "DEVICE_TITLE": in_comment(title),
@@ -42,8 +42,8 @@ def write_wasm(exported: Exported, path: Path, force: bool) -> list[Path]:
     field = 'own.get("true_field") / (strength || Infinity)' if "true_field" in exported.outputs else "0"
     page = {
         "DEVICE_TITLE": html.escape(title),
-        "DEVICE_MOST": f"{1.5 * (abs(offset) + amplitude):.0f}",
-        "DEVICE_BEGIN": f"{0.0 if exported.inside else abs(offset):.0f}",
+        "DEVICE_MOST": f"{1.5 * peak:.0f}",
+        "DEVICE_BEGIN": f"{0.0 if exported.inside else abs(float(device.voltage_offset)):.0f}",
         "RADII": json.dumps([float(device.disc_radius), float(device.film_radius)]),
         "FIELD_READ": field,
     }

@@ -109,7 +109,7 @@ def fitted_band(result: xr.Dataset) -> str:
     names = list(map(str, draws.data_vars))
     factors = np.stack([draws[name].values / field_value(device, name) for name in names], axis=1)
     variants = Variants(device, names, np.concatenate([np.ones((1, len(names))), factors]), {})
-    peak = abs(float(device.voltage_offset)) + float(device.voltage_amplitude or 0.0)
+    peak = float(device.to_model().peak_voltage) * device.scales.voltage
     volts = np.linspace(0.0, max(peak, float(result.attrs["highest_voltage"])), BAND_VOLTAGES)
     heights = 1e3 * (variants.rest * variants.scale("length") + variants.stroke(volts))
     low, _, high = spread(heights[1:])

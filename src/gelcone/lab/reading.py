@@ -66,12 +66,17 @@ class Table:
     def unit_of(self, name: str, stated: str | None) -> str | None:
         """The unit of a column, of its heading or ``stated`` in a list; `InputError` where these are two."""
         own = self.columns[name].unit
-        if stated and own and stated != own:
+        if stated and own and _ascii(stated) != _ascii(own):
             raise InputError(
                 f"{self.file}: column {name!r} is in {own} by its heading and in {stated} by the list; leave the unit "
                 "out of the list, or correct the heading"
             )
         return stated or own
+
+
+def _ascii(unit: str) -> str:
+    """A unit with u for both letters that look like mu."""
+    return unit.replace("\N{MICRO SIGN}", "u").replace("\N{GREEK SMALL LETTER MU}", "u")
 
 
 def read_table(path: Path) -> Table:

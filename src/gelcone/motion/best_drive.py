@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 import numpy as np
 
 from gelcone import dataset
-from gelcone.codes import Regime
+from gelcone.codes import Outcome, Regime
 from gelcone.devices.analysis import analysis, check_model, check_one, dimensionless, plain
 from gelcone.devices.device import Device
 from gelcone.devices.si import device_attributes
@@ -39,6 +39,8 @@ PEAKS = (0.3, 1.4, 12)
 """Lowest, highest and number of peak voltages around the best drive, over the limit there."""
 STEP = 0.01
 """Relative change of a field for its sensitivity."""
+JUMP = 0.5
+"""Difference of the logarithms of two strokes that are no longer those of one motion."""
 DETUNED = 0.01
 """Relative error of the drive frequency at which half of the margin is left."""
 NOT_CHANGED = ("release_height", "release_velocity", "dielectric_strength", "material.dielectric_strength")
@@ -106,13 +108,15 @@ def drive(
     -------
     Dataset with ``drive_frequency``, ``peak_voltage``, ``voltage`` and ``voltage_bias`` (amplitude and offset) of the
     best drive, and of the motion that it settles to from rest: ``stroke``, ``work``, ``speed``, ``power`` on damper or
-    load, ``supplied_power`` of the source and ``apparent_power``. ``limit_voltage`` is the lowest limit of
-    `gelcone.envelope` there, whose name is the attribute ``limit``. ``frequency_low`` and ``frequency_high`` are the
-    examined frequencies between which the same peak voltage stays below all limits. ``kick`` is a sudden change of
-    velocity that leads to another motion (infinity: none of those tried). Over ``frequency``: ``window_peak``, the
-    window's edge, and ``window_value``, the quantity to maximise there. Over ``time``: ``displacement`` and
-    ``drive_voltage`` of two drive periods. Over ``field``: ``sensitivity``, the relative change of the stroke over that
-    of a field at this drive (NaN if the motion ends).
+    load, ``supplied_power`` of the source and ``apparent_power``. Over ``detuning``, one per cent either way,
+    ``detuned_stroke`` is the stroke at a frequency that is off by it: next to a jump it is another one.
+    ``limit_voltage`` is the lowest limit of `gelcone.envelope` there, whose name is the attribute ``limit``.
+    ``frequency_low`` and ``frequency_high`` are the examined frequencies between which the same peak voltage stays
+    below all limits. ``kick`` is a sudden change of velocity that leads to another motion (infinity: none of those
+    tried). Over ``frequency``: ``window_peak``, the window's edge, and ``window_value``, the quantity to maximise
+    there. Over ``time``: ``displacement`` and ``drive_voltage`` of two drive periods. Over ``field``:
+    ``sensitivity``, the relative change of the stroke over that of a field at this drive (NaN if the motion ends, or
+    another one takes its place, within one per cent).
 
     Raises
     ------
@@ -162,6 +166,8 @@ def drive(
     drives = {"voltage": shape.amplitude * peak, "voltage_bias": shape.bias * peak, "drive_frequency": omega}
     chosen = cone.replace(**drives)
     names, change = _sensitivities(chosen, device, threads)
+    off = DETUNED * np.array([-1.0, 1.0])
+    beside = plane.examine(omega * (1.0 + off), np.full(2, peak))
     limit, bound = _limit(omega, *found)
     band = _safe_band(omega, peak, *found)
     curve = _edge(largest, zeta, *found)
@@ -177,6 +183,12 @@ def drive(
         "power": ((), best.power, "mean power to damper or load", "power"),
         "supplied_power": ((), best.supplied, "mean power that the voltage source supplies", "power"),
         "apparent_power": ((), best.apparent, "root mean square voltage times current", "apparent power"),
+        "detuned_stroke": (
+            ("detuning",),
+            np.where(beside["outcome"] == Outcome.OK, beside["stroke"], np.nan),
+            "stroke at the same voltage and a frequency that is off by a share",
+            dataset.absent("length", nan="the motion ends"),
+        ),
         "limit_voltage": ((), bound, "peak voltage of the lowest limit there", dataset.absent("voltage")),
         "frequency_low": ((), band[0], "lowest frequency at which this voltage is below all limits", "frequency"),
         "frequency_high": ((), band[1], "highest frequency at which this voltage is below all limits", "frequency"),
@@ -198,6 +210,7 @@ def drive(
         coords={
             "frequency": (("frequency",), curve[0], "drive frequency", "frequency"),
             "time": (("time",), motion["time"].values, "time", "time"),
+            "detuning": (("detuning",), off, "share by which the frequency is off", "share"),
             "field": (("field",), np.array(names), "field of the device, or parameter of the model", "code"),
         },
         outcome=np.zeros(()),
@@ -210,7 +223,7 @@ def drive(
 
 
 _QUANTITY = {"stroke": "length", "work": "energy", "speed": "velocity", "power": "power"}
-_SHARE = dataset.absent("share", nan="the motion ends or is no longer periodic")
+_SHARE = dataset.absent("share", nan="the motion ends, is no longer periodic or is another one")
 
 
 def candidates(found: xr.Dataset) -> Candidates:
@@ -416,7 +429,8 @@ def _sensitivities(chosen: ConeModel, device: Device | None, threads: int | None
     strokes = np.where(found.forcing_periods > 0, 2.0 * found.amplitude, np.nan) * length
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.log(strokes[0::2] / strokes[1::2]) / np.log((1.0 + STEP) / (1.0 - STEP))
-    return names, np.where(np.isfinite(ratio), ratio, np.nan)
+        jumps = np.abs(np.log(strokes[0::2] / strokes[1::2])) > JUMP
+    return names, np.where(np.isfinite(ratio) & ~jumps, ratio, np.nan)
 
 
 def _counts(value: float) -> bool:

@@ -136,7 +136,7 @@ def _limited(members: Members, line: Line, times: Array, states: Array) -> dict[
         Path(members, times, states), lambda some, at, z: np.stack([*excess(some, at, z).values()]), values
     )
     lasted = np.where(np.isnan(lasted), 0.0, lasted).sum(axis=-1)
-    named = [LIMITED.get(name, (f"{name}_limited", name.replace("_", " "))) for name in known]
+    named = [LIMITED.get(name, (f"{name}_limited", f"limit {name.replace('_', ' ')}")) for name in known]
     return {
         line.prefix + variable: ((), own / spans, f"share of the time at the {words}", "share")
         for (variable, words), own in zip(named, lasted, strict=True)

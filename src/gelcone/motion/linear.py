@@ -45,6 +45,8 @@ MOST_TURNS, SAME_VOLTAGE = 12, 1e-13
 """Most fixed-point iterations for the common equilibrium of films and circuits, and the change that ends them."""
 RAMP = 33
 """Steps in which the voltages on both films of a double cone rise together."""
+PEAK_ROUNDS, PEAK_FREQUENCIES = 3, 33
+"""How often the interval of the largest linear stroke is narrowed, and by how many frequencies."""
 
 
 @dataclass(frozen=True)
@@ -84,20 +86,16 @@ def linear_peak(members: Members, frequencies: Array, strokes: Array) -> tuple[A
     frequencies), and between the neighbours of the largest of them; NaN where there is none."""
     rows = np.arange(members.size)
     places, heights = frequencies, np.where(np.isnan(strokes), -1.0, strokes)
-    for _ in range(NARROWINGS):
+    for _ in range(PEAK_ROUNDS):
         best = heights.argmax(axis=1)
         low, high = (places[rows, np.clip(best + side, 0, places.shape[1] - 1)] for side in (-1, 1))
         at, height = places[rows, best, None], heights[rows, best, None]
-        tried = np.sort(np.column_stack([np.linspace(low, high, NARROWED_AT, axis=-1), at]), axis=1)
+        tried = np.sort(np.column_stack([np.linspace(low, high, PEAK_FREQUENCIES, axis=-1), at]), axis=1)
         found = np.asarray(linear_response(members, tried).stroke)
         places, heights = tried, np.where(tried == at, height, np.where(np.isnan(found), -1.0, found))
     best = heights.argmax(axis=1)
     largest = np.where(heights[rows, best] < 0.0, np.nan, heights[rows, best])
     return np.where(np.isnan(largest), np.nan, places[rows, best]), largest
-
-
-NARROWINGS, NARROWED_AT = 3, 33
-"""How often the interval of the largest linear stroke is narrowed, and by how many frequencies."""
 
 
 def _responses(members: Members, omega: Array) -> tuple[Array, npt.NDArray[np.complex128]]:

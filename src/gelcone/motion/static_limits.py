@@ -19,7 +19,8 @@ from gelcone.quantity import Array
 
 STATIC_LIMITS = ("dielectric breakdown", "hoop slack", "meridional slack", "stretch limit", "pitchfork", "pull-in")
 MEMBRANE_PULL_IN = "membrane pull-in"
-"""Pull-in of the membrane for which a cone stands, of which `STATIC_LIMITS` have the first with the cone's own."""
+"""Name of the pull-in of the membrane for which a cone stands; "pull-in" among `STATIC_LIMITS` is the lower of this and
+the cone's own."""
 PEAKS = 20
 """Default number of peak voltages."""
 STATIC_POINTS = 400
@@ -53,15 +54,15 @@ def static_limits_of(plane: Plane) -> Array:
 
 
 def ramp_limits_of(plane: Plane) -> Array:
-    """Find `static_limits_of` with the pull-in of the model itself, and then that of the membrane for which a cone
-    stands: NaN where that is unknown, infinite where it does not come before the cone's."""
+    """Find the constant peak voltages of `STATIC_LIMITS`, pull-in being that of the film as given, followed by that of
+    the membrane for which a cone stands: NaN where it is unknown, infinite where it does not come before the cone's."""
     ramp = plane.ramp(np.zeros(1))
     *met, membrane = _met(plane, BEFORE * ramp.pull_in if np.isfinite(ramp.pull_in) else HIGHEST_SEARCHED)
     return np.array([*met, ramp.pitchfork, ramp.pull_in, membrane])
 
 
 def with_first_pull_in(limits: Array) -> Array:
-    """`STATIC_LIMITS` from those of `ramp_limits_of`."""
+    """Return the voltages of `STATIC_LIMITS` from those of `ramp_limits_of`: pull-in is that which comes first."""
     *met, own, membrane = limits
     return np.array([*met, np.fmin(own, membrane)])
 

@@ -40,7 +40,7 @@ STILL = 1e-9
 LATE = 0.1
 """Last share of the run, over which the end and the drift are taken."""
 SAMPLES = 2001
-"""Times in the last share."""
+"""Number of even times at which the last share of the run is evaluated for the end and the drift."""
 
 
 @analysis(
