@@ -69,6 +69,15 @@ test("pictures are asked for one after the other, and what fails says so", () =>
   assert.equal(own.message({ kind: "response", id: 3 }, {}), false);
 });
 
+test("of two films each is shown in its own state and field", () => {
+  const { own } = gallery(), drawn = [], films = { film1: Uint8Array.of(1, 1, 1), film2: Uint8Array.of(2, 2, 2), field1: Float32Array.of(0.2, 0.2, 0.2), field2: Float32Array.of(0.5, 0.5, 0.5) };
+  own.message({ kind: "glance", id: 1, words: { period: 5 }, about: ABOUT }, { ...arrays(), ...films });
+  own.tiles[0].cone.draw = ([side]) => drawn.push([side.films, side.field.map((value) => value.toFixed(1))]);
+  own.turn();
+  own.stop();
+  assert.deepEqual(drawn, [[[1, 2], ["0.2", "0.5"]]]);
+});
+
 test("a click chooses and closes, and a closed gallery asks and draws no more", () => {
   const { own, asked, chosen, dialog } = gallery();
   own.tiles[2].box.onclick();

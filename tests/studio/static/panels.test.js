@@ -106,6 +106,12 @@ test("from the start the run alone is drawn, in its own range; so is one without
   }
 });
 
+test("of a run with more samples than are drawn the portrait says so where it is drawn alone, not behind its settled motion", () => {
+  const long = { x: new Float32Array(20001).fill(2), u: new Float32Array(20001).fill(1) };
+  const said = (more, motion) => texts(panel(portraitPanel, { a: look({ ...long, ...more }), motion }).context).includes("only the beginning of the run");
+  assert.deepEqual([said({}), said(ORBIT, "start"), said(ORBIT)], [true, true, false]);
+});
+
 test("the settled orbit has the room: a run far outside is cut, a wide one inside shown, one of an older setting faded", () => {
   const far = panel(portraitPanel, { a: look({ ...ORBIT, x: Float32Array.of(0, 200, -200, 0, 0) }) });
   assert.ok(far.X(200) > far.right && far.X(0) > far.left && far.X(2) < far.right && far.X(2) - far.X(0) > 0.4 * (far.right - far.left));
@@ -189,6 +195,8 @@ test("statics: stable and unstable equilibria, marks, the settled motion, and a 
   assert.ok(near(placed(p, "a")[0], p.X(250), 0.1) && near(placed(p, "a")[1], p.Y(3), 0.1));
   const one = panel(staticsPanel, { a: look({ statics: { ...statics, swing: [200, 700] }, extent: [1, 3] }) });
   assert.ok(near(one.context.calls.find((c) => c.name === "fillRect" && near(c.globalAlpha, 0.12)).args[0], one.X(200)));
+  const below = panel(staticsPanel, { a: look({ statics: { ...statics, swing: [-700, -200] }, extent: [1, 3] }) });
+  assert.ok(near(below.context.calls.find((c) => c.name === "fillRect" && near(c.globalAlpha, 0.12)).args[0], below.X(200)));
   assert.match(texts(panel(staticsPanel, { a: look() }).context).at(-1), /Computing the equilibria/);
 });
 
