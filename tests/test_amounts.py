@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from gelcone.amounts import lasting, measured, rate_unit, sized, sized_range, time_unit, unit_of, with_error
+from gelcone.amounts import lasting, measured, rate_unit, sized, sized_alike, sized_range, time_unit, unit_of, with_error
 
 NAN = np.nan
 
@@ -125,3 +125,10 @@ def test_a_text_is_itself_and_what_is_not_finite_is_said_in_its_own_words():
 def test_the_unit_of_a_time_is_the_largest_of_which_there_are_two(value, unit, size, name):
     found = time_unit(value, xr.DataArray(value, attrs={"units": unit}))
     assert found == (pytest.approx(size), name)
+
+
+def test_numbers_of_a_row_have_the_unit_of_the_largest_or_of_one_among_which_they_stand():
+    lengths = xr.DataArray([0.02, 5.0, NAN], dims="k", attrs={"units": "mm", "quantity": "length"})
+    assert sized_alike(lengths) == ["0.02 mm", "5 mm", "unknown"]
+    assert sized_alike(lengths[:1]) == ["20 um"]
+    assert sized_alike(lengths[:1], among=5.0) == ["0.02 mm"]  # 5 mm, in the unit of the variable

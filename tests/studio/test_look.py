@@ -259,6 +259,8 @@ def test_equilibria_are_found_again_for_every_parameter_that_they_depend_on(shel
     look.STATICS.of(model.replace(voltage=3.0))  # beyond what was looked at
     assert counted[before:]
     assert counted[-1][1] >= 3.0
+    look.STATICS.of(model.replace(voltage_bias=4.0))  # the peak is that of amplitude and offset
+    assert counted[-1][1] >= 4.4
 
 
 def test_equilibria_do_not_depend_on_what_is_left_out_of_their_key(shelf):
