@@ -249,6 +249,10 @@ def test_input_that_cannot_be_used(options, told):
 def test_a_prestretch_beyond_the_limit_is_refused():
     with pytest.raises(InputError, match="the pre-stretch alone"):
         membrane(ConeModel(stretch_limit=0.3, **EQUIBIAXIAL), displacements=0.5)
+    two = ConeModel(stretch_limit=0.3, meridional_prestretch=[1.4, 1.3], hoop_prestretch=[1.4, 1.3])
+    least = 2.0 * 1.3**2 + 1.3**-4 - 3.0  # I1 - 3 of the film that is stretched less
+    with pytest.raises(InputError, match=f"I1 - 3 = {least:.4g}, which must be less"):
+        membrane(two, displacements=0.5)
 
 
 @pytest.mark.parametrize(
