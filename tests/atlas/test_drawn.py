@@ -30,6 +30,7 @@ def test_an_envelope_of_draws_is_that_of_each():
     axes = {"frequencies": ["8 Hz", "11 Hz"], "peaks": ["0.8 kV", "1.6 kV", "2.4 kV", "3.2 kV"]}
     found = gelcone.over_draws(PUMP, DRAWS, "envelope", margin=0.3, **axes)
     assert found.recommended_peak.units == "V"
+    assert json.loads(found.options)["highest_peak"] == pytest.approx(3200.0)  # V
     for k in range(2):
         own = gelcone.envelope(alone(k), margin=0.3, **axes)
         for name in ("recommended_peak", "limit_low", "limit_high", "static_limit_voltage", "recommended_constant"):

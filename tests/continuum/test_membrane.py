@@ -233,6 +233,7 @@ def test_a_height_beyond_the_stretch_limit_is_refused_or_marked():
         ({"displacements": [np.inf]}, "must be finite"),
         ({"displacements": "high"}, "must be numbers"),
         ({"displacements": 1.0, "voltages": -1.0}, "voltages = -1: must be at least 0"),
+        ({"displacements": 1.0, "voltages": [0.2, 0.2]}, "voltages = .* each given once"),
         ({"displacements": 1.0, "elements": 1}, "elements = 1: must be a whole number, at least 2"),
         ({"displacements": 1.0, "radius_ratio": [0.1, 0.2, 0.3]}, None),
     ],
