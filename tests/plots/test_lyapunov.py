@@ -102,6 +102,7 @@ def test_time_is_on_a_log_scale_with_its_unit_and_zero_is_marked():
     )
     assert seconds.get_xlabel() == "window length (s)"
     np.testing.assert_allclose(seconds.lines[1].get_xdata(), TIME)
+    np.testing.assert_allclose(seconds.lines[3].get_xdata(), 1e3 * TIME)  # after the transient
     assert in_si.get_ylabel() == "largest Lyapunov exponent\n(per second)"
     colours = [one.get_color() for one in axes.lines if one.get_label().startswith("voltage")]
     assert colours == list(CYCLE[:3])

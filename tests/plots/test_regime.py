@@ -12,6 +12,7 @@ from gelcone.plots.regime import (
     REGIME_COLOURS,
     cell_legend,
     edges,
+    invalid_legend,
     keep_in_proportion,
     mark_failed,
     mark_flagged,
@@ -190,6 +191,16 @@ def test_the_legend_names_what_occurs():
     assert all(isinstance(handle, Patch) for handle in handles[:3])
     nothing = np.zeros(3, dtype=bool)
     assert [handle.get_label() for handle in cell_legend(codes[:1], nothing[:1], nothing[:1], 0)] == [Regime.REST.label]
+
+
+def test_the_legend_says_where_the_model_does_not_hold_but_of_failed_cells_which_have_a_mark_of_their_own():
+    nothing, first = np.zeros(3, dtype=bool), np.array([True, False, False])
+    labels = [
+        [handle.get_label() for handle in invalid_legend(where, failed)]
+        for where, failed in ((nothing, nothing), (first, nothing), (first, first), (~first, first), (~nothing, first))
+    ]
+    veiled = ["model does not hold"]
+    assert labels == [[], veiled, [], veiled, ["the model holds\nnowhere here"]]
 
 
 def test_regimes_of_an_ensemble_with_a_failed_member(tmp_path):
