@@ -81,6 +81,19 @@ def test_work_over_mass_and_volume_are_the_work(sheet, pump):
     np.testing.assert_allclose(sheet["mass_power"].values, 1e3 * work / 0.005 * hertz, rtol=1e-12)
 
 
+def test_the_energy_of_the_field_is_that_of_the_voltage_which_a_leaking_film_has_behind_a_resistance(still):
+    resistance, resistivity = 2e7, 1e9
+    leaking = still.replace({"series_resistance": resistance, "material.resistivity": resistivity})
+    model, scales = leaking.to_model(), leaking.scales
+    commanded = 1500.0 / scales.voltage
+    found = _static_numbers(model, gelcone.static(model, [0.0, commanded]))
+    capacitance, energy = found["capacitance"][1][1], found["field_energy"][1][1]
+    decay = resistivity * GEL["material.relative_permittivity"] * 8.8541878e-12  # s, in which its charge leaks away
+    voltage = commanded / (1.0 + resistance * capacitance * scales.size("capacitance") / decay)
+    assert voltage < 0.8 * commanded
+    assert energy == pytest.approx(0.5 * capacitance * voltage**2, rel=1e-7)
+
+
 def test_small_signals_are_those_of_a_damped_oscillator(sheet):
     """With a taut film and the ideal source: half width c/(2 m), bandwidth and rise time in closed form."""
     own = sheet.sel(constant_voltage=1500.0)
