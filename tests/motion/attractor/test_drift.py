@@ -59,7 +59,14 @@ def test_a_film_that_pulls_in_late_is_not_called_periodic():
     assert found.cycles.attracting.tolist() == [True, False, True, False]
     assert found.outcome.tolist() == [Outcome.OK, Outcome.PULLED_IN] * 2
     flat = model.take([2, 3])
-    assert drifted(flat, flat.start_states((0.0, 0.0)), np.ones(2, dtype=int)).ends.tolist() == [True, False]
+    starts = flat.start_states((0.0, 0.0))
+    followed = drifted(flat, starts, np.ones(2, dtype=int))
+    assert followed.ends.tolist() == [True, False]
+    for course, start, point in zip(followed.course, starts, followed.point, strict=True):
+        passed = course[np.isfinite(course[:, 0])]
+        np.testing.assert_array_equal(passed[[0, -1]], [start, point])
+        assert len(passed) > 5
+        assert (np.diff(passed[:, 2]) < 0.0).all()  # its branch relaxes all the way
 
 
 def test_a_drift_that_one_period_does_not_show_is_followed_to_its_end():
