@@ -17,6 +17,7 @@ DEVICES = {
     "creeping": {"film": "wrinkling", "material.viscous_modulus_1": 1e4, "material.relaxation_time_1": 0.1},
     "circuit": {"film": "taut", "circuit": VoltageBehindResistor()},
     "membrane": {"film": "membrane"},
+    "reduced": {"film": "taut", "series_resistance": 3e5, "reduced": "series_resistance"},
 }
 
 
@@ -24,7 +25,7 @@ def device(kind):
     return gelcone.find_device("biased-pump").replace(DEVICES[kind])
 
 
-@pytest.mark.parametrize("kind", ["taut", "wrinkling", "circuit"])
+@pytest.mark.parametrize("kind", ["taut", "wrinkling", "circuit", "reduced"])
 def test_another_integrator_gives_the_motion_of_simulate(kind):
     f, times = gelcone.rates(device(kind)), np.linspace(0.01, 0.15, 15)
     run = solve_ivp(f, (0.0, times[-1]), f.start, t_eval=times, rtol=1e-10, atol=1e-13, method="DOP853", max_step=1e-3)
