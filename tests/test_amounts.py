@@ -4,7 +4,17 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from gelcone.amounts import lasting, measured, rate_unit, sized, sized_alike, sized_range, time_unit, unit_of, with_error
+from gelcone.amounts import (
+    lasting,
+    measured,
+    rate_unit,
+    sized,
+    sized_alike,
+    sized_range,
+    time_unit,
+    unit_of,
+    with_error,
+)
 
 NAN = np.nan
 

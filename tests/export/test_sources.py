@@ -23,6 +23,16 @@ def behind():
     return Exported(device(film="taut", series_resistance="1 MOhm", current_limit="2 mA"), "pump", False, 1e-9)
 
 
+def test_the_unit_of_a_rate_is_that_of_its_state_over_a_second():
+    late = gelcone.load_materials()["PVC-DBA 4:1"].replace(dielectric_share=0.3, dielectric_time=0.1)
+    own = Exported(device(film="taut", series_resistance="1 MOhm", material=late), "pump", False, 1e-9).variables
+    states = [variable.name for variable in own if variable.kind == "state"]
+    units = {variable.name: variable.unit for variable in own}
+    assert {units[name]: units[f"{name}_rate"] for name in states} == {
+        "m": "m/s", "m/s": "m/s^2", "C": "A", "V": "V/s",
+    }  # fmt: skip
+
+
 def test_the_header_numbers_the_variables_and_says_what_they_are(behind):
 
     header = sources(behind)["pump.h"]

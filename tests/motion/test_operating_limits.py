@@ -54,3 +54,10 @@ def test_a_pull_in_above_the_limit_of_chaos_is_said_to_be_that_of_one_run(monkey
     assert ("out of chaos" in words) is late
     assert "pull-in of the cone" in words
     assert "chaos" not in found["pull_in_voltage"].attrs["long_name"]
+    calm = np.where(np.arange(len(DRIVEN_LIMITS)) == DRIVEN_LIMITS.index("pull-in"), 0.8, np.inf)[None]
+    each = iter([calm, low])
+    monkeypatch.setattr(
+        operating_limits_module, "driven", lambda *given, **options: dict.fromkeys(("low", "high"), next(each))
+    )
+    two = gelcone.operating_limits(TAUT.replace(voltage=np.array([0.2, 0.3])))
+    assert ("out of chaos" in two["driven_pull_in_voltage"].attrs["long_name"]) is late  # one of them is enough
