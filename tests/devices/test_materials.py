@@ -13,6 +13,7 @@ from gelcone.physics.laws import LAWS
 from gelcone.physics.model import ConeModel
 from gelcone.words import members_of
 from tests.devices.own import PowerFilm
+from tests.toys import Quadratic
 
 RUBBER = {"name": "rubber", "shear_modulus": "20 kPa", "relative_permittivity": 5}
 
@@ -110,6 +111,9 @@ def test_replace_drops_what_no_longer_holds():
     assert changed.replace(stretch_limit=20).name == "PVC-DBA 4:1, changed"
     other_law = gel.replace(law="yeoh", yeoh_c2=0.1)
     assert other_law.law_parameters == {"yeoh_c2": 0.1, "yeoh_c3": 0.0}
+    own_law = gel.replace(law=Quadratic(), law_growth=0.2)
+    assert own_law.law_parameters == {"law_growth": 0.2}
+    assert own_law.replace(law="neo-hookean").law_parameters == {}
     assert gel.relative_permittivity == pytest.approx(4.77), "the library's own is untouched"
 
 
@@ -278,6 +282,9 @@ def test_numbers_of_gels_side_by_side_are_one_where_they_agree_and_left_out_wher
     assert both.relative_permittivity == 5.0
     assert both.dielectric_strength is None
     assert both.name == "a / b / a"
+    creeping = [gel.replace(viscous_modulus_1=5e3, relaxation_time_1=0.1, flow="linear") for gel in (one, two)]
+    assert side_by_side(creeping).flow == "linear"
+    assert both.flow is None
 
 
 def test_the_library_is_as_it_was_whatever_is_done_with_what_was_loaded():
