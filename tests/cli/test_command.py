@@ -47,10 +47,11 @@ def test_a_folder_is_checked_before_anything_is_computed(samples, delivered, com
     assert story[2][2:] == ("result", Path("there"))
 
 
-def test_files_that_exist_are_overwritten_where_that_was_asked_for_alone(delivered, command_line):
+@pytest.mark.parametrize("samples", [(), ("--samples", "draws.csv")])
+def test_files_that_exist_are_overwritten_where_that_was_asked_for_alone(samples, delivered, command_line):
     story, _ = delivered
-    assert command_line("limits", "--out", "there")[0] == 0
-    assert story[0] == ("checked", Path("there"), "limits", False)
+    assert command_line("limits", "--out", "there", *samples)[0] == 0
+    assert story[0] == ("checked", Path("there"), "sweep" if samples else "limits", False)
 
 
 def test_words_of_a_command_are_in_their_places_behind_the_device():

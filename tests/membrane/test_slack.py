@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from gelcone.membrane import slack
 from gelcone.membrane.elements import Chains, Elements
 from gelcone.membrane.gel import Gel
 from gelcone.membrane.slack import slack_height, slack_limit, slack_voltage
@@ -82,6 +83,13 @@ def test_a_slack_film_pulls_in_where_its_rim_localises():
             assert at.found[0]
         beyond = film.found(Chains(np.array([1.01 * limit]), at.r, at.z, at.tension, at.found))
         assert not beyond.found[0] or film.least_tangent_stiffness(beyond)[0] < 0.0
+
+
+def test_the_limit_lies_between_the_voltages_at_which_rims_are_computed(monkeypatch):
+    gel = gel_of(1.1, 1.4)
+    limit = slack_limit(gel)
+    monkeypatch.setattr(slack, "VOLTAGES", 2 * slack.VOLTAGES + 7)
+    assert slack_limit(gel) == pytest.approx(limit, rel=1e-5)
 
 
 def test_a_film_without_a_hump_has_no_limit_while_slack():
