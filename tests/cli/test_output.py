@@ -8,6 +8,7 @@ import pytest
 from gelcone import disk_cache
 from gelcone.atlas.record import Tally
 from gelcone.cli import output, paper, waiting
+from gelcone.errors import InputError
 from tests.analyses.said import SUBJECT
 from tests.edited import made
 
@@ -220,3 +221,17 @@ def test_an_answer_without_runs_has_not_failed(amplitude, code, command_line):
     over = ("--over", "drive_frequency=1", "--over", f"amplitude={amplitude}")
     found = command_line("transfer", *settings, "--bias", "0.6", *over)
     assert found[0] == code, found
+
+
+def test_a_result_whose_figure_fails_is_written_all_the_same_over_a_file_only_where_that_was_asked_for(tmp_path):
+    def draw(shown):
+        raise ArithmeticError("no figure")
+
+    result = made({"stroke": ("member", [1.0, 2.0])})
+    with pytest.raises(ArithmeticError):
+        output._write(tmp_path, "settled", result, draw, False)
+    assert [path.name for path in tmp_path.iterdir()] == ["settled.nc"]
+    with pytest.raises(InputError, match="exists"):
+        output._write(tmp_path, "settled", result, draw, False)
+    with pytest.raises(ArithmeticError):
+        output._write(tmp_path, "settled", result, draw, True)
