@@ -61,6 +61,18 @@ def test_force_slope_and_equilibrium_are_those_at_the_voltage_on_the_film():
     np.testing.assert_allclose(under.slope(x, at), -pull * rise, rtol=1e-6)
 
 
+def test_slopes_of_a_pair_are_those_of_its_force_also_where_the_opposite_command_is_below_zero():
+    model = leaking(second_film="taut", second_flat_height=1.5, second_drive="opposite", voltage_bias=0.3)
+    under, x, h = commanded_balance(model.system, model.own_numbers), 0.6, 1e-5
+    for command in (0.5, 0.9):  # that of the second film is 0.6 less the first
+        force, slope, gain = under._slopes(x, command)
+        assert force == float(under.force(x, command**2))
+        between = (under.force(x + h, command**2) - under.force(x - h, command**2)) / (2.0 * h)
+        assert slope == pytest.approx(float(between), rel=1e-7)
+        between = (under.force(x, (command + h) ** 2) - under.force(x, (command - h) ** 2)) / (2.0 * h)
+        assert gain == pytest.approx(float(between), rel=1e-7)
+
+
 @pytest.mark.parametrize(("law", "kind"), [("gent", PullIn.NEVER), ("neo-hookean", PullIn.SEARCH_RANGE)])
 def test_a_disc_that_no_command_in_reach_releases_is_stable_to_the_end_of_the_search(law, kind):
     for more in ({}, {"current_limit": 0.03}):

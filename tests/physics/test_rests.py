@@ -70,6 +70,15 @@ def test_wrinkling_films_rest_at_once(alone):
     np.testing.assert_allclose(found, searched(model), rtol=1e-13)
 
 
+def test_of_rests_that_mirror_each_other_that_above_counts(alone):
+    """Flat these films are beyond their stretch limit, and a spring without a side of its own holds both rests."""
+    model = ConeModel(film="taut", meridional_prestretch=[0.4, 0.5], rest_height=0.0, spring_stiffness=0.1, stretch_limit=1.0)
+    found = at_once(model)
+    assert not alone
+    assert min(found) > 1.0
+    np.testing.assert_allclose(found, searched(model), rtol=1e-13)
+
+
 def test_a_flat_film_in_balance_is_searched_alone(alone):
     """It is a rest, and the force has no sign there."""
     model = ConeModel(rest_height=[0.0, 0.3], spring_stiffness=1.5)

@@ -356,6 +356,7 @@ test("the device's own drive is where its peak is, and is said to be inside or a
   assert.match(panel.verdict(7.5, 1499), /inside the window \(up to 1500 V, interpolated\)/);
   assert.match(panel.verdict(7.5, 1501), /above the window \(1500 V, interpolated\)/);
   assert.match(panel.verdict(5, 1999), /inside the window \(up to 2000 V\)/);
+  assert.match(panel.verdict(15, 1999), /inside the window \(up to 2000 V\)/);
   assert.match(panel.verdict(4.9, 1), /below the frequencies examined/);
   assert.match(panel.verdict(16, 1), /above the frequencies examined/);
 });
@@ -375,7 +376,7 @@ test("the device's own drive is in volts and hertz, whatever its units and those
 });
 
 test("the peak of the drive is that of its waveform, as the server has found it", () => {
-  for (const [amplitude, offset, peak] of [[1500, -300, 1200], [0, 900, 900], [700, 0, 350]]) { // half waves, none, and samples up to 0.5
+  for (const [amplitude, offset, peak] of [[1500, -300, 1200], [0, 900, 900], [0, -900, 900], [700, 0, 350]]) { // half waves, none, and samples up to 0.5
     const { grids, panel, setting, id, gone } = setUp("envelope");
     setting.values = { voltage_amplitude: `${amplitude} V`, voltage_offset: `${offset} V` };
     panel.start();
