@@ -72,7 +72,9 @@ def test_wrinkling_films_rest_at_once(alone):
 
 def test_of_rests_that_mirror_each_other_that_above_counts(alone):
     """Flat these films are beyond their stretch limit, and a spring without a side of its own holds both rests."""
-    model = ConeModel(film="taut", meridional_prestretch=[0.4, 0.5], rest_height=0.0, spring_stiffness=0.1, stretch_limit=1.0)
+    model = ConeModel(
+        film="taut", meridional_prestretch=[0.4, 0.5], rest_height=0.0, spring_stiffness=0.1, stretch_limit=1.0
+    )
     found = at_once(model)
     assert not alone
     assert min(found) > 1.0

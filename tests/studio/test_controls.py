@@ -166,7 +166,8 @@ def test_bounds_of_a_field_bound_its_slider(shelf):
     for control in controls_of(shelf.subject(Setting(preset="base"))):
         known = shelf.subject(Setting(preset="base")).model.system.parameters.get(control.name)
         if known is not None:
-            assert control.low >= known.lower and (control.low > 0.0 or not known.positive), control.name
+            assert control.low >= known.lower, control.name
+            assert control.low > 0.0 or not known.positive, control.name
 
 
 def test_the_least_value_of_a_field_is_a_slider_end_in_its_unit():
