@@ -12,7 +12,7 @@ from gelcone.devices.device import find_device
 from gelcone.errors import InputError
 from gelcone.motion import state_space as module
 from gelcone.motion.flow import integrate
-from gelcone.motion.state_space import equilibrium_under_bias, small_signal_response, state_space
+from gelcone.motion.state_space import equilibrium_under_bias, equilibrium_under_bias, small_signal_response, state_space
 from gelcone.physics.model import ConeModel
 from tests.toys import FilteredVoltage, SeriesResistor
 
@@ -68,6 +68,24 @@ def test_a_voltage_of_a_device_is_in_volts_whichever_way_the_device_is_given(vol
         np.testing.assert_allclose(unscaled, own, rtol=1e-12, atol=1e-12)
     with pytest.raises(InputError, match="voltage: 30 kV: beyond pull-in"):
         state_space(device.replace(film="wrinkling"), voltage="30 kV")
+
+
+PAIR = {"second_film": "wrinkling", "second_flat_height": 1.5}
+
+
+@pytest.mark.parametrize(
+    ("second", "said"),
+    [
+        ({}, "voltage: 9: .*; lower it$"),
+        (PAIR | {"second_drive": "opposite", "voltage_bias": 0.3}, "voltage: 9: .*; take one closer to voltage_bias$"),
+        (PAIR | {"second_drive": "opposite", "voltage_bias": 8.0}, "voltage_bias = 8: .*; lower it$"),
+        (PAIR | {"second_drive": "constant", "second_voltage": 7.0}, "second_voltage = 7: .*; lower it$"),
+    ],
+)
+def test_a_voltage_beyond_pull_in_is_refused_with_what_is_to_be_changed(second, said):
+    model = ConeModel(film="wrinkling", hoop_prestretch=1.4, rest_height=0.8, **second)
+    with pytest.raises(InputError, match=said):
+        equilibrium_under_bias(model, 9.0, "voltage:")
 
 
 def test_without_a_bias_the_voltage_has_no_first_order_effect():

@@ -165,6 +165,9 @@ def test_the_mean_of_a_run_hides_none_of_its_frequencies(shelf, monkeypatch):
     made |= {"line_amplitude": made["line_ratio"]}
     monkeypatch.setattr(look, "spectrum_cells", lambda *given, **options: SimpleNamespace(variables=made))
     assert look.spectrum(subject).words["top"] == pytest.approx(30.0 * subject.device.frequency)
+    amplitude[0, 4:] = 0.0
+    amplitude[0, 3] = 1e-3
+    assert look.spectrum(subject).words["top"] == pytest.approx(8.0 * subject.device.frequency)  # the least shown
 
 
 def test_the_section_is_that_of_section(shelf):
