@@ -220,6 +220,14 @@ test("a sweep has each value's section in its place and colour", () => {
   assert.ok(texts(p.context).includes("height (mm): once per period; shaded: range") && texts(p.context).includes("voltage_amplitude (V)"));
 });
 
+test("the legend of a sweep names kinds of motion alone, and no values of which no actuator can be made", () => {
+  const { grids, id, panel } = setUp("strip");
+  grids.message({ kind: "grid", id: id(), grid: "strip", cells: [5] }, {});
+  grids.message({ kind: "cells", id: id(), share: 0.4 }, { places: Float32Array.of(0, 3), regime: Uint8Array.of(1, 99), section: Float32Array.of(1, 1, NaN, NaN) });
+  draw();
+  assert.deepEqual(panel.names.parts.map((e) => e.textContent), ["periodic"]);
+});
+
 test("a sweep has the range of each value behind its section, and is grey where the film pulls in", () => {
   const { grids, p, id, panel } = setUp("strip");
   grids.message({ kind: "grid", id: id(), grid: "strip", cells: [5] }, {});

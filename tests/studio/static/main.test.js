@@ -395,6 +395,8 @@ test("why a part of what follows is missing stands where that part would, and no
     forget(own);
     socket.give({ kind: "late", id: last("look").id, side: "a", stage, message: `no ${stage} here` });
     assert.ok(texts(own).includes(`no ${stage} here`), tab);
+    forget(own); answer();
+    assert.ok(!texts(own).includes(`no ${stage} here`), tab);
   }
   document.querySelector('[data-tab="time"]').click(); document.querySelector('[data-tab="portrait"]').click();
   answer();
@@ -435,6 +437,7 @@ test("two settings are asked for and shown each on its side, and one is kept", (
   answer();
   $("compare").click();
   assert.deepEqual([last("look").side, $("sides").hidden, $("side-b").getAttribute("aria-pressed")], ["b", false, "true"]);
+  assert.deepEqual([...studio.looks.b.x], [10, 20, 10]); // at first that of the other side
   answer({}, { ...RUN(), x: Float32Array.of(1, 2, 1) });
   assert.deepEqual([[...studio.looks.a.x], [...studio.looks.b.x]], [[10, 20, 10], [1, 2, 1]]);
   assert.equal($("badges").querySelectorAll(".badge").length, 2);
@@ -452,12 +455,14 @@ test("two settings are asked for and shown each on its side, and one is kept", (
 });
 
 test("another subject starts anew, and only a device has an envelope", () => {
-  const tab = document.querySelector('[data-tab="envelope"]');
+  const tab = document.querySelector('[data-tab="envelope"]'), selected = () => document.querySelector('.panel[data-place="right"]').querySelectorAll('[role="tab"]').find((t) => t.getAttribute("aria-selected") === "true").dataset.tab;
   assert.equal(tab.hidden, false);
+  tab.click();
+  assert.equal(selected(), "envelope");
   $("subject").value = "preset:base"; $("subject").onchange();
   assert.deepEqual(last("look").setting, { device: null, preset: "base", file: null, values: {} });
   answer({ about: { ...ABOUT, si: false, axes: { ...AXES, time: "time", displacement: "displacement" } } }, { ...RUN(), v: Float32Array.of(0, 0.5, 0) });
-  assert.equal(tab.hidden, true);
+  assert.deepEqual([tab.hidden, selected()], [true, "map"]);
   forget($("cone").getContext()); draw();
   assert.ok(texts($("cone").getContext()).includes("0.50"));
   $("subject").value = "device:soft-film"; $("subject").onchange();
@@ -484,13 +489,30 @@ test("a file is opened and sent as text; one that is too large is not", async ()
   $("file").files = [{ name: "mine.toml", size: 20, text: async () => "disc_radius = 1" }];
   await $("file").onchange();
   assert.deepEqual(last("look").setting, { device: null, preset: null, file: "disc_radius = 1", values: {} });
-  answer();
+  answer({ about: { ...ABOUT, name: "my own pump" } });
   assert.equal($("subject").value, "file:");
+  assert.equal($("subject").querySelectorAll("option").find((o) => o.value === "file:").textContent, "my own pump");
   const before = asked("look").length;
   $("file").files = [{ name: "huge.toml", size: 30001, text: async () => "" }];
   await $("file").onchange();
   assert.equal(asked("look").length, before);
   assert.match($("notices").textContent, /huge.toml: has more than 30000 characters/);
+});
+
+test("a measured curve opens the tab over which it is drawn", async () => {
+  const selected = (place) => document.querySelector(`.panel[data-place="${place}"]`).querySelectorAll('[role="tab"]').find((t) => t.getAttribute("aria-selected") === "true").dataset.tab;
+  for (const [over, place, other, own] of [["time (ms)", "top", "spectrum", "time"], ["voltage (V)", "left", "portrait", "statics"]]) {
+    document.querySelector(`[data-tab="${other}"]`).click(); answer();
+    $("file").files = [{ name: "m.csv", size: 40, text: async () => `${over},height (mm)\n0,5\n1,6\n` }];
+    await $("file").onchange();
+    await new Promise((done) => setImmediate(done));
+    assert.equal(selected(place), own);
+    answer();
+  }
+  assert.equal($("unmeasure").hidden, false);
+  $("unmeasure").click();
+  assert.equal($("unmeasure").hidden, true);
+  document.querySelector('[data-tab="portrait"]').click(); answer();
 });
 
 test("a file that is no device leaves what is shown, and says why", async () => {

@@ -58,6 +58,7 @@ test("strokes stand on the computed rest, a band between its ends, and nothing w
   const points = time.context.calls.filter((c) => c.name === "fillRect" && c.fillStyle === LIGHT.ink).map(({ args: [x, y, w] }) => [x + w / 2, y + w / 2]);
   assert.ok(near(points[1][0], time.X(10), 1e-3) && near(points[1][1], time.Y(13.5), 1e-3) && texts(time.context).includes("h.csv"));
   assert.deepEqual(shownOver({ active: "a", a: { about: { si: false } }, measured: [stroke] }, "voltage", 1), []);
+  for (const [rest, count] of [[1, 1], [NaN, 0]]) assert.equal(shownOver({ active: "a", a: { about: { si: true } }, measured: [stroke] }, "voltage", rest).length, count); // of no rest strokes have no place
 });
 
 test("a curve over a negative voltage stands where that of the positive one would, as the force does", () => {

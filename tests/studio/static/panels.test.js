@@ -297,6 +297,8 @@ test("the gauge is filled from zero to the voltage", () => {
   const Y = (v) => 480 - 24 - ((v + 1000) / 3000) * (480 - 24 - 22);
   assert.ok(near(bar(500, [-1000, 2000])[1], Y(500)) && near(bar(500, [-1000, 2000])[3], Y(0) - Y(500)));
   assert.ok(near(bar(-500, [-1000, 2000])[1], Y(0)) && near(bar(-500, [-1000, 2000])[3], Y(-500) - Y(0)));
+  const above = bar(1000, [500, 2000]); // of voltages that are all above zero from the least of them
+  assert.ok(near(above[1] + above[3], 480 - 24) && near(above[3], (480 - 24 - 22) / 3));
 });
 
 test("all that moves stays in the picture, whatever the sizes", () => {
@@ -359,6 +361,8 @@ test("two settings stand side by side, named and in their colours", () => {
   assert.deepEqual(names.map((c) => [c.args[0], c.fillStyle]), [["A", LIGHT.a], ["B", LIGHT.b]]);
   const [[ax], [bx]] = names.map((c) => [c.args[1] + c.shift[0]]);
   assert.deepEqual([ax, bx], [160, 480]);
+  const apart = texts(cone([{ name: "pump" }, { name: "soft film" }]).g);
+  assert.ok(apart.includes("A pump, in its own scale") && apart.includes("B soft film, in its own scale"));
   assert.ok(texts(g).includes("one, 500 V") && texts(g).includes("two, 500 V"));
 });
 

@@ -366,12 +366,12 @@ test("the first line has the numbers in their order, those of an older setting p
 
 test("the numbers of the second setting say how they differ from the first's, where they have the same units", () => {
   const numbers = (value) => new Map([["stroke", { name: "stroke", place: 0, text: `${value} mm`, value }]]);
-  const shown = (about) => {
-    const { own } = badge({}), a = { words: { shares: [], ended: "" }, about: { film: FILM, si: true }, numbers: numbers(10) };
+  const shown = (about, ended = "") => {
+    const { own } = badge({}), a = { words: { shares: [], ended }, about: { film: FILM, si: true }, numbers: numbers(10) };
     own.show("b", { words: { shares: [{ code: 0, share: 1 }], seems: "x", ended: "" }, about: { film: FILM, ...about }, numbers: numbers(8.8) }, LEGEND, a);
     return own.rows.get("b").numbers.textContent;
   };
-  assert.deepEqual([shown({ si: true }), shown({ si: false })], ["stroke 8.8 mm (−12 %)", "stroke 8.8 mm"]);
+  assert.deepEqual([shown({ si: true }), shown({ si: false }), shown({ si: true }, "pulled in")], ["stroke 8.8 mm (−12 %)", "stroke 8.8 mm", "stroke 8.8 mm"]);
 });
 
 test("exponent and evidence are one click behind, for both settings", () => {
