@@ -199,7 +199,9 @@ test("what nobody looks at is cancelled, and begun again when it is", () => {
 test("what went wrong is said in the panel, and after a lost connection all is asked anew", () => {
   const { grids, panel, id, p, asked, said } = setUp();
   assert.equal(grids.failed({ id: 77, message: "elsewhere" }), false);
-  assert.equal(grids.failed({ id: id(), message: "no such range" }), true);
+  const own = id();
+  assert.equal(grids.failed({ id: own, message: "no such range" }), true);
+  assert.equal(grids.failed({ id: own, message: "once more" }), false); // a question has one answer
   assert.ok(texts(p.context).some((text) => text.startsWith("no such")));
   assert.deepEqual([panel.running, said()], [false, ""]);
   grids.lost(); grids.opened();
@@ -293,6 +295,18 @@ test("a key moves a sweep by a part of its own range, and beyond that there is n
   canvas.onkeydown({ key: "ArrowRight", preventDefault() {} });
   assert.deepEqual(gone.at(-1)[0], { voltage_amplitude: "502 V" });
   for (const outside of ["900 V", "399 V"]) { panel.page.go({ voltage_amplitude: outside }); panel.redrawOver(); assert.equal(placed(p, "line"), null, outside); }
+});
+
+test("what has all its cells is not begun again for the branches and bifurcations that were still followed", () => {
+  for (const [kind, other] of [["strip", "map"], ["map", "strip"]]) {
+    const { grids, panel, state, asked, id } = setUp(kind), again = () => asked.filter(([own]) => own === kind).length;
+    grids.message({ kind: "done", id: id(), grid: kind }, {});
+    assert.ok(panel.running);
+    state.right = other; grids.opened();
+    assert.ok(asked.some(([own, content]) => own === "cancel" && content.grid === kind));
+    state.right = kind; grids.opened();
+    assert.deepEqual([again(), panel.running, panel.stale], [1, false, false]);
+  }
 });
 
 test("a sweep is outdated by all but its own parameter", () => {

@@ -61,6 +61,14 @@ test("the legend of the film names the states that occur, each in the colour of 
   assert.deepEqual([...new Set(strip)], [LIGHT.taut, LIGHT.breakdown, LIGHT.around]);
 });
 
+test("the legend has the states in their order, and a voltage below zero its unit", () => {
+  answer({}, { ...RUN(), v: Float32Array.of(-200, -1234, -200) }, { shares: [{ code: 4, share: 0.5 }, { code: 0, share: 0.5 }] });
+  assert.deepEqual($("film-legend").querySelectorAll("li").map((li) => li.textContent), ["film taut", "film above breakdown"]);
+  forget($("cone").getContext()); draw();
+  assert.ok(texts($("cone").getContext()).includes("−1.23 kV"));
+  answer();
+});
+
 test("the evidence follows, with the section, and belongs to its look alone", () => {
   const { id } = last("look");
   socket.give({ kind: "kind", id, side: "a", words: { regime: 3, lines: ["chaotic", "by its exponent"], extent: [9, 21] } }, { px: Float32Array.of(12), pu: Float32Array.of(0.5) });
@@ -615,4 +623,14 @@ test("an address that cannot be shown falls back, with a sentence for each part 
   own.give(HELLO);
   for (const name of ["file", "file"]) fail(name, "the device file, line 1: is not TOML");
   assert.deepEqual(looks().at(-1).setting, { device: "biased-pump", preset: null, file: null, values: {} });
+});
+
+test("an address that names nothing opens the gallery, another does not", () => {
+  const own = Socket.all.at(-1);
+  for (const [hash, open] of [["#device=soft-film", false], ["", true]]) {
+    $("gallery").close();
+    location.hash = hash;
+    own.give(HELLO);
+    assert.equal(Boolean($("gallery").open), open);
+  }
 });
