@@ -12,7 +12,7 @@ from gelcone.devices.device import find_device
 from gelcone.errors import InputError
 from gelcone.motion import state_space as module
 from gelcone.motion.flow import integrate
-from gelcone.motion.state_space import equilibrium_under_bias, equilibrium_under_bias, small_signal_response, state_space
+from gelcone.motion.state_space import equilibrium_under_bias, small_signal_response, state_space
 from gelcone.physics.model import ConeModel
 from tests.toys import FilteredVoltage, SeriesResistor
 
