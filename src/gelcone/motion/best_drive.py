@@ -149,17 +149,8 @@ def drive(
             f"{highest_frequency}{'' if device is None else ' (in Hz, if without unit)'}"
         )
     check_window(cone, margin)
-    plane = plane_of(cone, threads)
-    window = partial(window_of, plane, static_limits_of(plane), margin=margin)
-    wide = window(frequencies=_range(**ends), progress=weighted(progress, 0.6))
-    zeta = float(cone.damping_ratio)
-    first = _best(largest, zeta, margin, wide)
-    around = _around(wide, float(first.frequency))
-    near = window(frequencies=around["frequencies"], peaks=around["peaks"], progress=weighted(progress, 0.25))
-    second = float(_best(largest, zeta, margin, wide, near).frequency)
-    closest = _closest(plane, largest, zeta, second, wide, near)
-    last = window(frequencies=closest, peaks=around["peaks"], progress=weighted(progress, 0.1))
-    found = wide, near, last
+    plane, zeta = plane_of(cone, threads), float(cone.damping_ratio)
+    found = _searches(plane, largest, margin, _range(**ends), weighted(progress, 0.95))
     best = _best(largest, zeta, margin, *found)
     shape = plane.shape
     peak, omega = float(best.peak), float(best.frequency)
@@ -224,6 +215,20 @@ def drive(
 
 _QUANTITY = {"stroke": "length", "work": "energy", "speed": "velocity", "power": "power"}
 _SHARE = dataset.absent("share", nan="the motion ends, is no longer periodic or is another one")
+
+
+def _searches(
+    plane: Plane, largest: str, margin: float, frequencies: Array | None, progress: Progress
+) -> tuple[xr.Dataset, ...]:
+    """Envelopes at the ``frequencies``, around the best drive in that one, and at the best frequency in both."""
+    window = partial(window_of, plane, static_limits_of(plane), margin=margin)
+    zeta = float(plane.model.damping_ratio)
+    wide = window(frequencies=frequencies, progress=weighted(progress, 0.63))
+    around = _around(wide, float(_best(largest, zeta, margin, wide).frequency))
+    near = window(frequencies=around["frequencies"], peaks=around["peaks"], progress=weighted(progress, 0.27))
+    best = float(_best(largest, zeta, margin, wide, near).frequency)
+    closest = _closest(plane, largest, zeta, best, wide, near)
+    return wide, near, window(frequencies=closest, peaks=around["peaks"], progress=weighted(progress, 0.1))
 
 
 def candidates(found: xr.Dataset) -> Candidates:
