@@ -67,6 +67,11 @@ def test_a_sweep_that_finds_no_motion_or_only_rest_has_no_largest_stroke():
     lines = response_lines(shown)
     assert "swept up    no motion is found at any frequency" in lines
     assert "swept down  at rest at every frequency" in lines
+    assert lines[-3:] == [
+        "  10 Hz       unknown     at rest     0.5",
+        "  11 Hz       unknown     at rest    0.75",
+        "  12 Hz       unknown     at rest    0.25",
+    ]
     assert not [line for line in lines if "no jump" in line]
     said = "linear theory: largest stroke 0.75 mm at 11 Hz"
     assert said in lines

@@ -66,12 +66,17 @@ def _linear_peak(shown: xr.Dataset) -> tuple[float, float]:
 
 def _stroke_lines(shown: xr.Dataset) -> list[str]:
     """The stroke at each frequency, on each of the sweeps and by linear theory."""
-    columns = {f"swept {branch}": shown["stroke"].sel(branch=branch) for branch in shown["branch"].values}
+    columns = {f"swept {branch}": _strokes(shown.sel(branch=branch)) for branch in shown["branch"].values}
     if shown["linear_stroke"].notnull().any():
-        columns["linear"] = shown["linear_stroke"]
+        columns["linear"] = list(map(measured, shown["linear_stroke"]))
     rows = zip(shown["drive_frequency"], *columns.values(), strict=True)
-    table = [["  stroke at", *columns], *([f"  {measured(at, 5)}", *map(measured, own)] for at, *own in rows)]
-    return side_by_side(table)
+    return side_by_side([["  stroke at", *columns], *([f"  {measured(at, 5)}", *own] for at, *own in rows)])
+
+
+def _strokes(own: xr.Dataset) -> list[str]:
+    """The strokes of one sweep; those of a disc at rest are what is left of its start."""
+    rests = own.get("resting", 0 * own["period"]).values
+    return ["at rest" if rest else measured(stroke) for stroke, rest in zip(own["stroke"], rests, strict=True)]
 
 
 def _branch_lines(branch: str, own: xr.Dataset, hertz: str, length: str) -> list[str]:
