@@ -243,6 +243,7 @@ def test_a_material_carries_its_branches_in_si(film):
         ({"viscous_stretch_limit_2": 50.0}, "viscous_modulus_2: is missing; viscous_stretch_limit_2 is given"),
         ({"flow": "exp"}, "flow = 'exp': must be one of log, linear"),
         (VHB | {"viscous_stretch_limit_1": 50.0}, "the linear flow has none"),
+        (VHB | {"viscous_stretch_limit_2": 50.0}, "viscous_stretch_limit_2: the linear flow has none"),
         ({"relaxation_time_1": "1 kPa", "viscous_modulus_1": "9 kPa"}, "relaxation_time_1"),
     ],
 )
@@ -284,6 +285,8 @@ def test_numbers_of_gels_side_by_side_are_one_where_they_agree_and_left_out_wher
     assert both.name == "a / b / a"
     creeping = [gel.replace(viscous_modulus_1=5e3, relaxation_time_1=0.1, flow="linear") for gel in (one, two)]
     assert side_by_side(creeping).flow == "linear"
+    with pytest.raises(InputError, match="the flow rules of the gels differ; run the gels one by one"):
+        side_by_side([creeping[0], creeping[1].replace(flow=None)])
     assert both.flow is None
 
 

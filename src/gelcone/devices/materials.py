@@ -197,10 +197,10 @@ class Material(Record):
                 yield FieldError(given[0], f"{given[0]}: there is no branch {k - 1}; number them from 1")
         if self.flow is not None and self.flow not in FLOWS:
             yield FieldError("flow", f"flow = {self.flow!r}: must be one of {', '.join(FLOWS)}")
-        if self.flow == "linear" and self.viscous_stretch_limit_1 is not None:
-            yield FieldError(
-                "viscous_stretch_limit_1", "viscous_stretch_limit_1: the linear flow has none; leave it out"
-            )
+        limits = [f"viscous_stretch_limit_{k}" for k in range(1, MOST_BRANCHES + 1)]
+        for name in limits if self.flow == "linear" else ():
+            if getattr(self, name) is not None:
+                yield FieldError(name, f"{name}: the linear flow has none; leave it out")
 
     @property
     def branches(self) -> int:
@@ -280,13 +280,15 @@ SEPARATOR = " / "
 def side_by_side(gels: Sequence[Material]) -> Material:
     """Make one material of several, to compare them member by member, with the numbers that all of them have.
 
-    Raises `FieldError` for an empty list, and for gels with different laws.
+    Raises `FieldError` for an empty list, and for gels with different laws or flow rules.
     """
     if not gels:
         raise FieldError("material", "material = []: is empty; give at least one gel")
     laws = {str(gel.strain_energy_law.name) for gel in gels}
     if len(laws) > 1:
         raise FieldError("material", f"material: the laws {' and '.join(sorted(laws))} differ; run the gels one by one")
+    if len({gel.flow or FLOWS[0] for gel in gels if gel.branches}) > 1:
+        raise FieldError("material", "material: the flow rules of the gels differ; run the gels one by one")
     numbers = {name: [getattr(gel, name) for gel in gels] for name, field in gels[0].fields.items() if field.unit}
     numbers = {name: values for name, values in numbers.items() if not name.endswith("_range")}
     known = {name: values for name, values in numbers.items() if all(value is not None for value in values)}
