@@ -9,7 +9,9 @@ import gelcone
 from gelcone import InputError
 from gelcone.analyses.answer import in_si
 from gelcone.devices.checks import doubts
+from gelcone.motion.start import start_states
 from gelcone.plots.regime import REGIME_COLOURS
+from gelcone.register.analyses import ANALYSES
 from gelcone.studio import look
 from gelcone.studio.orbit import PER_OSCILLATION, PER_PERIOD
 from gelcone.studio.setting import Setting, Shelf
@@ -66,6 +68,17 @@ def test_the_kind_is_that_of_regime(shelf):
     assert "per second" in found.words["lines"][1]
     section = in_si(result, subject)["section"].values
     np.testing.assert_allclose(found.arrays["px"], section[:, 0], rtol=1e-12)
+
+
+def test_every_number_of_a_kind_has_the_unit_of_the_result(shelf):
+    """Also those with words for what is missing, such as the lifetime of chaos."""
+    subject = shelf.subject(Setting(device="biased-pump", values={"film": "taut"}))
+    found = ANALYSES["regime"].compute(subject.model.members(), start_states(subject.model.members(), subject.initial))
+    shown, member = in_si(gelcone.regime(subject.model, subject.initial), subject), look.single(found, subject)
+    assert shown["lifetime"].attrs["units"] == "ms"
+    for name, value in member.items():
+        if name in shown and "units" in shown[name].attrs and shown[name].attrs.get("quantity") != "state":
+            assert getattr(value, "attrs", {"units": "1"})["units"] == shown[name].attrs["units"], name
 
 
 def test_a_first_impression_is_no_verdict(shelf):

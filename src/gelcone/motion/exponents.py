@@ -15,7 +15,6 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone.codes import Outcome
-from gelcone.dataset import absent
 from gelcone.motion.columns import Columns, column
 from gelcone.motion.settle import STRETCH, Clock, clocks
 from gelcone.motion.tangents import CERTAIN, FLOOR, TangentRun, advance
@@ -37,8 +36,6 @@ proportion to time, so that its exponent seems to be log(t)/t."""
 STEADY = 0.05
 """Relative difference below which the exponents of both halves of the averaging time agree, whatever their errors."""
 RUNNING_POINTS = 200
-EXPONENT = absent("rate", nan="lost to rounding", infinite="infinite")
-"""Attributes of exponents."""
 
 
 @dataclass(frozen=True)

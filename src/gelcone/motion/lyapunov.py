@@ -20,7 +20,7 @@ from gelcone.dataset import Findings
 from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
 from gelcone.motion.attractor.search import cycles_reached, transient_of
-from gelcone.motion.exponents import EXPONENT, RUNNING_POINTS, Exponents, average, bound_shear
+from gelcone.motion.exponents import RUNNING_POINTS, Exponents, average, bound_shear
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.settle import Clock, check_budgets, clocks, repeats_lasting, settle
 from gelcone.motion.start import start_states
@@ -144,9 +144,9 @@ def lyapunov_cells(
     time = np.where(outcome == Outcome.OK, result.time, np.nan)
     return Findings(
         {
-            "lyapunov": (("exponent",), values, "Lyapunov exponents per unit time after the transient", EXPONENT),
-            "standard_error": (("exponent",), result.standard_error, "standard error of the exponents", EXPONENT),
-            "finite": (("exponent",), finite, "Lyapunov exponents per unit time over the window", EXPONENT),
+            "lyapunov": (("exponent",), values, "Lyapunov exponents per unit time after the transient", "rate"),
+            "standard_error": (("exponent",), result.standard_error, "standard error of the exponents", "rate"),
+            "finite": (("exponent",), finite, "Lyapunov exponents per unit time over the window", "rate"),
             "per_repeat": ((), values[:, 0] * members.forcing_period, "largest exponent per forcing period", "share"),
             "averaged_time": ((), time, "averaging time behind the exponents", "time"),
             "cycle": ((), cycle, "period of the cycle behind the exponents, 0 if averaged", "count"),
@@ -155,7 +155,7 @@ def lyapunov_cells(
                 (),
                 residual,
                 "sum of the exponents less the mean trace of the Jacobian",
-                EXPONENT,
+                "rate",
             ),
             "running_time": (("window",), running[..., 0], "averaging time so far, after the transient", "time"),
             "running_exponent": (("window",), running[..., 1], "largest exponent so far, after the transient", "rate"),

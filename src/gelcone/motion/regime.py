@@ -12,7 +12,6 @@ from gelcone.codes import Regime
 from gelcone.dataset import Findings, Variable, of_states
 from gelcone.devices.analysis import analysis
 from gelcone.motion.attractor.classification import Evidence, classify
-from gelcone.motion.exponents import EXPONENT
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.settle import check_budgets
 from gelcone.motion.start import start_states
@@ -141,8 +140,8 @@ def _findings(evidence: Evidence, system: ConeSystem) -> Findings:
         "period": ((), evidence.period, "period in forcing periods, 0 if none", "count"),
         "symmetric": ((), code(evidence.symmetric), "1 if the motion equals its mirror image", "code"),
         "doubtful": ((), code(evidence.doubtful), "1 if the evidence does not agree", "code"),
-        "lyapunov": (("exponent",), evidence.exponents, "Lyapunov exponents per unit time", EXPONENT),
-        "standard_error": (("exponent",), evidence.standard_error, "standard error of the exponents", EXPONENT),
+        "lyapunov": (("exponent",), evidence.exponents, "Lyapunov exponents per unit time", "rate"),
+        "standard_error": (("exponent",), evidence.standard_error, "standard error of the exponents", "rate"),
         "sign": ((), evidence.sign, "sign of the largest exponent, 0 if uncertain", "code"),
         "averaged_time": ((), evidence.averaged_time, "averaging time behind the exponents", "time"),
         "return_distance": ((), evidence.return_distance, "distance of returning points over size", "share"),

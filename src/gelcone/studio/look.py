@@ -329,8 +329,9 @@ def single(found: Findings, subject: Subject) -> Any:
     member: dict[str, Any] = {"outcome": found.outcome[0]}
     for name, (_, values, _, quantity) in found.variables.items():
         scale, unit = 1.0, "1"
-        if subject.device is not None and isinstance(quantity, str) and quantity in MEASURES:
-            scale, unit = subject.device.scales.shown(quantity), MEASURES[quantity].shown
+        of = str(quantity.get("quantity") if isinstance(quantity, Mapping) else quantity)
+        if subject.device is not None and of in MEASURES:
+            scale, unit = subject.device.scales.shown(of), MEASURES[of].shown
         value = np.asarray(values)[0]
         member[name] = np.asarray(value * scale if unit != "1" else value).view(Reading)
         member[name].attrs = {"units": unit}
