@@ -25,7 +25,8 @@ GLOSSARY: dict[str, str] = {
     "crumpled": "A film compressed along hoop and meridian: wrinkled in both directions, without tension.",
     "displacement": "Distance of the disc from the flat film along the axis, of either sign: with a device its height "
     "in mm, else divided by the width of the film from disc to rim, x = h/(b-a).",
-    "doubtful": "A result whose pieces of evidence disagree; run it longer or examine it before relying on it.",
+    "doubtful": "A result whose pieces of evidence disagree, or whose name a start next to it may change; run it "
+    "longer or examine it before relying on it.",
     "equilibrium": "A displacement at which the forces on the disc cancel under a constant voltage: the disc rests "
     "there where it is stable, and leaves it where it is unstable.",
     "tangent stiffness": "Slope of the meridional tension of a ring of the membrane by its stretch; the ring localises "
