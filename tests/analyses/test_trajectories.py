@@ -246,7 +246,7 @@ def test_a_time_response_of_a_film_that_wrinkles():
     assert said(trajectories.simulate_words, wrinkles) == [*RUN, film, *shares]
     for kind, word in ((1, "minimum"), (2, "localisation")):
         pulled = edited(wrinkles, pull_in_kind=kind)
-        line = f"film pulls in at 12 ms, displacement 14.5 mm, voltage 1700 V ({word})"
+        line = f"film pulls in at 12 ms, displacement 14.5 mm, voltage on it 1700 V ({word})"
         assert said(trajectories.simulate_words, pulled) == [*RUN, line, film, *shares]
         failed = edited(pulled, outcome=int(Outcome.PULLED_IN))
         assert said(trajectories.simulate_words, failed)[-2:] == [line, film]

@@ -127,7 +127,7 @@ def _pull_in_lines(shown: xr.Dataset) -> list[str]:
             for name, digits in (("time", 6), ("displacement", 5), ("voltage", 5))
         )
         reason = FilmPullIn(int(kind)).label
-        found.append(f"{film} pulls in at {time}, displacement {place}, voltage {voltage} ({reason})")
+        found.append(f"{film} pulls in at {time}, displacement {place}, voltage on it {voltage} ({reason})")
     return found
 
 
