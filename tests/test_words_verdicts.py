@@ -119,9 +119,11 @@ def test_in_how_many_motions_the_model_does_not_hold(outcomes, shares, line):
     [
         ([0, int(Outcome.PULLED_IN)], "pulled in"), ([int(Outcome.PULLED_IN)], "pulled in"),
         ([int(Outcome.PULLED_IN), int(Outcome.ERROR)], "run failed"), ([0, int(Outcome.OUTSIDE)], "run failed"),
+        ([0, int(Outcome.IMPOSSIBLE)], "impossible"),
+        ([int(Outcome.IMPOSSIBLE), int(Outcome.PULLED_IN)], "run failed"),
     ],
 )  # fmt: skip
-def test_runs_that_failed_are_pulled_in_where_all_of_them_are(outcomes, text):
+def test_runs_that_failed_are_pulled_in_or_impossible_where_all_of_them_are(outcomes, text):
     assert words.failed_in_words(outcomes) == text
 
 

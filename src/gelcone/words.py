@@ -174,9 +174,10 @@ def motion_in_words(regime: int, period: int = 0, symmetric: bool = False) -> st
 
 
 def failed_in_words(outcomes: Any) -> str:
-    """The ending of runs that did not reach their end, in two or three words: pulled in, where all did."""
-    failed = np.unique(outcomes)
-    return Outcome.PULLED_IN.words if set(failed) - {Outcome.OK} == {Outcome.PULLED_IN} else "run failed"
+    """The ending of runs that did not reach their end, in two or three words, where all have one that is not a failure:
+    pulled in, or impossible."""
+    failed = set(np.unique(outcomes)) - {Outcome.OK}
+    return next((one.words for one in (Outcome.PULLED_IN, Outcome.IMPOSSIBLE) if failed == {one}), "run failed")
 
 
 def exponent_in_words(member: xr.Dataset) -> str:

@@ -257,7 +257,7 @@ def test_cells_that_make_no_actuator_say_why_and_change_no_other(tmp_path):
     assert show(tmp_path / "s").attrs["impossible"] == found.attrs["impossible"]
     words = gelcone.in_words(found).splitlines()
     at = next(k for k, line in enumerate(words) if line.startswith("2 of 6 runs cannot be made: no actuator has"))
-    assert words[at + 1] == f"  the first of them: {found.attrs['impossible']}"
+    assert words[at + 1] == f"  the first that cannot be made: {found.attrs['impossible']}"
 
 
 def test_a_disc_as_large_as_its_film_makes_no_cell_of_a_device():

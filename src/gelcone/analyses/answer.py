@@ -330,7 +330,8 @@ def outcome_lines(result: xr.Dataset) -> list[str]:
     lines = [
         f"{n if share else ''}{share} {_how(outcome)}: {outcome.meaning}".lstrip() for outcome, n in counts.items() if n
     ]
-    return lines + [f"  the first of them: {result.attrs[name]}" for name in ("impossible",) if name in result.attrs]
+    reason = result.attrs.get("impossible")
+    return lines if reason is None else [*lines, f"  the first that cannot be made: {reason}"]
 
 
 def _how(outcome: Outcome) -> str:

@@ -158,7 +158,7 @@ def drive(
     chosen = cone.replace(**drives)
     names, change = _sensitivities(chosen, device, threads)
     off = DETUNED * np.array([-1.0, 1.0])
-    beside = plane.examine(omega * (1.0 + off), np.full(2, peak))
+    detuned = plane.examine(omega * (1.0 + off), np.full(2, peak))
     limit, bound = _limit(omega, *found)
     band = _safe_band(omega, peak, *found)
     curve = _edge(largest, zeta, *found)
@@ -176,7 +176,7 @@ def drive(
         "apparent_power": ((), best.apparent, "root mean square voltage times current", "apparent power"),
         "detuned_stroke": (
             ("detuning",),
-            np.where(beside["outcome"] == Outcome.OK, beside["stroke"], np.nan),
+            np.where(detuned["outcome"] == Outcome.OK, detuned["stroke"], np.nan),
             "stroke at the same voltage and a frequency that is off by a share",
             dataset.absent("length", nan="the motion ends"),
         ),

@@ -138,11 +138,18 @@ def branch_strokes(response: xr.Dataset, followed: xr.Dataset, axes: Axes) -> No
 def linear_strokes(response: xr.Dataset, axes: Axes) -> None:
     """The strokes by linear theory, through the largest of them also between the frequencies."""
     frequency, stroke = response["drive_frequency"].values, response["linear_stroke"].values
-    if "linear_peak_stroke" in response and np.isfinite(response["linear_peak_stroke"]):
-        peak = [float(response[f"linear_peak_{name}"]) for name in ("frequency", "stroke")]
-        at = int(np.searchsorted(frequency, peak[0]))
-        frequency, stroke = (np.insert(old, at, new) for old, new in zip((frequency, stroke), peak, strict=True))
+    if "linear_peak_stroke" in response:  # not in files of 0.2
+        peak = float(response["linear_peak_frequency"]), float(response["linear_peak_stroke"])
+        frequency, stroke, _ = through(frequency, stroke, peak)
     axes.plot(frequency, stroke, **LINEAR, label="linear theory")
+
+
+def through(frequency: Array, stroke: Array, peak: tuple[float, float]) -> tuple[Array, Array, int | None]:
+    """Strokes over the frequency with a ``peak`` between them, and its place; None for one that is unknown or there."""
+    if not np.isfinite(peak).all() or np.isclose(frequency, peak[0], rtol=1e-12).any():
+        return frequency, stroke, None
+    at = int(np.searchsorted(frequency, peak[0]))
+    return np.insert(frequency, at, peak[0]), np.insert(stroke, at, peak[1]), at
 
 
 def stroke_of(branch: xr.Dataset) -> Array:
@@ -162,13 +169,11 @@ def curve(own: xr.Dataset, axes: Axes, look: dict[str, Any]) -> None:
     where = invalid(own)
     fails = np.zeros(frequency.size, dtype=bool) if where is None else where.values
     peak = float(own["peak_frequency"]), 2.0 * float(own["peak_amplitude"])
-    at = int(np.searchsorted(frequency, peak[0]))
-    new = np.isfinite(peak).all() and not np.isclose(frequency, peak[0], rtol=1e-12).any()
-    if new:
-        neighbours = fails[np.clip([at - 1, at], 0, frequency.size - 1)]
-        frequency, stroke = (np.insert(old, at, value) for old, value in zip((frequency, stroke), peak, strict=True))
-        fails = np.insert(fails, at, neighbours.any())
-    marked = np.delete(np.arange(frequency.size), at) if new else np.arange(frequency.size)
+    frequency, stroke, at = through(frequency, stroke, peak)
+    marked = np.arange(frequency.size)
+    if at is not None:
+        fails = np.insert(fails, at, fails[np.clip([at - 1, at], 0, fails.size - 1)].any())
+        marked = np.delete(marked, at)
     # each line continues to the next point of the other kind, so that no gaps are left
     holds = ~fails
     holds[1:] |= ~fails[:-1]

@@ -194,10 +194,8 @@ class Creeping:
             det = h11 * h22 - h12 * h12
             step1 = np.where(free1, (h12 * s2 - h22 * s1) / det, 0.0)
             step2 = np.where(free2, (h12 * s1 - h11 * s2) / det, 0.0)
-            before, share = (
-                energy(m, width),
-                LONGEST_STEP / np.maximum(np.fmax(np.abs(step1), np.abs(step2)), LONGEST_STEP),
-            )
+            before = energy(m, width)
+            share = LONGEST_STEP / np.maximum(np.fmax(np.abs(step1), np.abs(step2)), LONGEST_STEP)
             for _ in range(MOST_HALVINGS):
                 long, wide = np.maximum(m * np.exp(share * step1), q), np.maximum(width * np.exp(share * step2), 1.0)
                 falls = energy(long, wide) <= before + ENERGY_ROUNDING * (1.0 + np.abs(before))
