@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -26,13 +27,23 @@ NAMES: Sequence[Mapping[str, str]] = (
         "own_searched": "operating_searched",
     },
     {"folded": "aliasing_bound"},
+    {
+        "pull_in_time": "pull_in_time",
+        "pull_in_displacement": "pull_in_displacement",
+        "pull_in_voltage": "pull_in_film_voltage",
+    },
 )
 """Earlier names of variables and dims that a result has all -> today's names."""
+BEHIND_A_CIRCUIT = {"drive_voltage": "film_voltage", "second_drive_voltage": "second_film_voltage"}
+"""Variables of 0.2 that were the voltage on a film: behind a circuit not the commanded one, which it did not write."""
 
 
 def with_names_of_today(result: xr.Dataset) -> xr.Dataset:
     """The result of an earlier version with the names of today; another one as it is."""
     for names in NAMES:
         if all(name in result.variables for name in names):
-            result = result.rename(names)
+            result = result.rename({name: new for name, new in names.items() if name != new})
+    circuit = json.loads(result.attrs.get("model", "{}")).get("circuit", "ideal")
+    if str(result.attrs.get("gelcone_version", "")) in ("0.1.0", "0.2.0") and circuit != "ideal":
+        result = result.rename({name: new for name, new in BEHIND_A_CIRCUIT.items() if name in result.variables})
     return result

@@ -71,7 +71,7 @@ def test_both_films_of_a_double_cone_are_printed(printed):
 def film_of(heights=(14.0,), voltages=(800.0,), **changes):
     over = ("height", "constant_voltage")
     numbers = {
-        "force": (0.25, "N"), "charge": (1.5, "uC"), "capacitance": (2.5, "nF"), "pull_in_voltage": (1700.0, "V"),
+        "force": (0.25, "N"), "charge": (1.5, "uC"), "capacitance": (2.5, "nF"), "pull_in_film_voltage": (1700.0, "V"),
         "largest_field": (12.0, "V/um"), "largest_field_radius": (8.5, "mm"), "breakdown_share": (0.625, "1"),
         "largest_limit_share": (0.125, "1"), "least_tangent_stiffness": (1.75, "1"),
         "least_tangent_stiffness_radius": (9.5, "mm"),

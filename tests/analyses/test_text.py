@@ -120,7 +120,7 @@ def test_a_time_response_says_its_ranges_and_where_a_film_pulls_in():
     found = gelcone.simulate(model, periods=3)
     lines = text_of(runs.simulate_words, found, model)
     time, place, voltage = numbers(line_with(lines, "film pulls in at"))
-    own = [float(found[f"pull_in_{name}"]) for name in ("time", "displacement", "voltage")]
+    own = [float(found[f"pull_in_{name}"]) for name in ("time", "displacement", "film_voltage")]
     assert [time, place, voltage] == pytest.approx(own, rel=1e-4)
     kind = ("", "minimum", "localisation")[int(found["pull_in_kind"])]
     assert line_with(lines, "film pulls in at").endswith(f"({kind})")

@@ -233,13 +233,13 @@ def test_members_of_a_time_response_stand_side_by_side():
     assert "  and 5 more (all with --json or --out)" in many
 
 
-MEASURED = ("time", "displacement", "voltage")
+MEASURED = ("time", "displacement", "film_voltage")
 """What is stated of a pull-in."""
 
 
 def test_a_time_response_of_a_film_that_wrinkles():
     more = {"film_state_taut": 0.75, "film_state_crumpled": 0.25, "pull_in_kind": 0, "pull_in_time": (None, 12.0, "ms")}
-    more |= {"pull_in_displacement": (None, 14.5, "mm"), "pull_in_voltage": (None, 1700.0, "V")}
+    more |= {"pull_in_displacement": (None, 14.5, "mm"), "pull_in_film_voltage": (None, 1700.0, "V")}
     wrinkles = edited(response(**more), validity_hoop_slack=0.0)
     film = "film (share of the time): taut 75.0 %, crumpled 25.0 %"
     shares = [SHARES[0].replace("hoop slack 12.5 %, ", ""), SHARES[1]]  # a film that wrinkles is never compressed

@@ -139,7 +139,7 @@ def test_every_device_that_ships_runs_in_si_units(run, name):
     assert found["validity"]["breakdown"] is not None
     units = {name: unit for name, unit in found["units"].items() if unit in ("mm", "mm, m/s", "ms", "m/s", "V")}
     assert units.pop("initial") == "mm, m/s"
-    ends = {f"pull_in_{name}": unit for name, unit in (("time", "ms"), ("displacement", "mm"), ("voltage", "V"))}
+    ends = {f"pull_in_{name}": unit for name, unit in (("time", "ms"), ("displacement", "mm"), ("film_voltage", "V"))}
     own = {"time": "ms", "displacement": "mm", "velocity": "m/s", "drive_voltage": "V", "rms_voltage": "V"}
     assert units == own | (ends if device.film == "membrane" else {})
     assert (found["film_state"] is not None) == (device.film == "membrane")

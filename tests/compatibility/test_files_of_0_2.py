@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 import gelcone
+from gelcone.earlier import with_names_of_today
 
 ARCHIVE = Path(__file__).parent / "0.2.tar.xz"
 SHOWN = {
@@ -68,3 +69,23 @@ def test_the_curves_of_an_envelope_are_over_the_constant_voltage_and_its_motions
     assert result["static_displacement"].dims == ("constant_voltage",)
     assert result["driven_stroke"].dims == ("drive_frequency", "peak_voltage")
     assert float(result["operating_peak_voltage"]) == pytest.approx(1800.0)
+
+
+def test_the_voltage_of_a_run_behind_a_circuit_is_the_films(written):
+    """0.2 wrote the voltage on the film as the drive's; with an ideal source both are one."""
+    result = gelcone.load(written / "simulate.nc")
+    assert {"drive_voltage"} == {*result.variables} & {"drive_voltage", "film_voltage"}
+    old = result.assign_attrs(model=result.attrs["model"].replace('"circuit": "ideal"', '"circuit": "amplifier"'))
+    read = with_names_of_today(old)
+    assert {"film_voltage"} == {*read.variables} & {"drive_voltage", "film_voltage"}
+    assert read["film_voltage"].equals(result["drive_voltage"].rename("film_voltage"))
+    today = old.assign_attrs(gelcone_version=gelcone.__version__)
+    assert with_names_of_today(today) is today
+
+
+def test_the_pull_in_of_a_run_is_that_of_the_film(written):
+    ends = dict.fromkeys(("pull_in_time", "pull_in_displacement", "pull_in_voltage"), ((), 2.0))
+    read = with_names_of_today(gelcone.load(written / "simulate.nc").assign(ends))
+    assert {"pull_in_time", "pull_in_displacement", "pull_in_film_voltage"} <= {*read.variables}
+    assert "pull_in_voltage" not in read
+    assert "pull_in_voltage" in gelcone.load(written / "limits.nc")

@@ -244,7 +244,7 @@ def test_each_variable_is_that_of_its_own_state_and_ring(monkeypatch):
     field, strength = voltage[..., None] * of("field"), np.array([2.0, 4.0])[:, None, None]
     up = np.array([-1.0, 1.0])[None, :, None, None]
     expected = {
-        "force": cell(0), "capacitance": cell(1), "charge": cell(1) * voltage, "pull_in_voltage": cell(2),
+        "force": cell(0), "capacitance": cell(1), "charge": cell(1) * voltage, "pull_in_film_voltage": cell(2),
         "largest_field": field.max(axis=-1), "breakdown_share": field.max(axis=-1) / strength,
         "largest_limit_share": of("limit_share").max(axis=-1),
         "least_tangent_stiffness": of("tangent_stiffness").min(axis=-1),

@@ -608,5 +608,5 @@ def test_states_of_a_film_and_its_pull_in_are_those_at_the_end_of_each_run():
         np.testing.assert_allclose(found[f"film_state_{kind}"][1], spent[:, 0, k] / spent[:, 0].sum(axis=1))
     np.testing.assert_array_equal(found["pull_in_time"][1], [np.nan, run.end_times[1]])
     np.testing.assert_array_equal(found["pull_in_displacement"][1], [np.nan, run.end_states[1, 0]])
-    np.testing.assert_array_equal(found["pull_in_voltage"][1], [np.nan, 0.4])
+    np.testing.assert_array_equal(found["pull_in_film_voltage"][1], [np.nan, 0.4])
     assert found["pull_in_kind"][1].tolist() == [0, 2]

@@ -119,7 +119,7 @@ def test_a_run_says_in_which_states_the_film_was_and_where_it_pulled_in():
     np.testing.assert_allclose(shares, 1.0, atol=1e-14)
     assert run["outcome"].values.tolist() == [Outcome.OK, Outcome.PULLED_IN]
     assert float(run["pull_in_time"][1]) == pytest.approx(7.272791117551, abs=1e-11)
-    assert float(run["pull_in_voltage"][1]) == pytest.approx(0.691433218, abs=1e-9)
+    assert float(run["pull_in_film_voltage"][1]) == pytest.approx(0.691433218, abs=1e-9)
     assert np.isnan(run["pull_in_time"][0])
     assert float(abs(run["energy_residual"]).max()) < 1e-12
     assert float(run["meridional_stress"].min()) >= 0.0

@@ -40,7 +40,7 @@ def test_its_heights_reach_from_flat_to_where_the_film_is_known(table):
     steps = np.diff(height)
     assert (np.diff(steps) > 0.0).all()  # closest where the film is flat
     at_rest = gelcone.film(SUBJECT.device, height[5] * 1e-3, 0.0).isel(height=0, constant_voltage=0)
-    assert table.arrays["top"][5] <= float(at_rest["pull_in_voltage"]) * (1.0 + 1e-6)
+    assert table.arrays["top"][5] <= float(at_rest["pull_in_film_voltage"]) * (1.0 + 1e-6)
 
 
 def test_every_profile_leads_from_the_disc_to_the_rim(table):

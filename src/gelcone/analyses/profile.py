@@ -50,7 +50,7 @@ def _film_lines(member: xr.Dataset, prefix: str) -> list[str]:
 
 
 _NAMES = (
-    "held", "film_state", "force", "charge", "capacitance", "pull_in_voltage", "largest_field",
+    "held", "film_state", "force", "charge", "capacitance", "pull_in_film_voltage", "largest_field",
     "largest_field_radius", "breakdown_share", "largest_limit_share", "least_tangent_stiffness",
     "least_tangent_stiffness_radius",
     "wrinkled_share", "film_error", "meridional_stretch", "thickness",
@@ -109,7 +109,7 @@ def _state_lines(cell: xr.Dataset) -> list[str]:
         f"{float(cell['largest_limit_share']):.2g} of the stretch limit",
         f"  least tangent stiffness {measured(cell['least_tangent_stiffness'])} at the mounted radius "
         f"{measured(cell['least_tangent_stiffness_radius'])} (0: localisation); pulls in at this height at "
-        f"{measured(cell['pull_in_voltage'])}",
+        f"{measured(cell['pull_in_film_voltage'])}",
     ]
 
 

@@ -124,7 +124,7 @@ def _pull_in_lines(shown: xr.Dataset) -> list[str]:
             continue
         time, place, voltage = (
             sized(shown[f"{prefix}pull_in_{name}"], digits)
-            for name, digits in (("time", 6), ("displacement", 5), ("voltage", 5))
+            for name, digits in (("time", 6), ("displacement", 5), ("film_voltage", 5))
         )
         reason = FilmPullIn(int(kind)).label
         found.append(f"{film} pulls in at {time}, displacement {place}, voltage on it {voltage} ({reason})")

@@ -84,7 +84,7 @@ def film(
     -------
     Dataset over the ensemble's dims, ``height`` (one entry at the rests), ``constant_voltage`` and ``ring``, from the
     disc to the rim. Of each state ``displacement``, ``held`` (a `Held`) and ``film_state``; ``force``, which pulls the
-    disc back, ``charge``, ``capacitance`` (charge over voltage) and ``pull_in_voltage`` at that height;
+    disc back, ``charge``, ``capacitance`` (charge over voltage) and ``pull_in_film_voltage`` at that height;
     ``largest_field`` and ``largest_field_radius``, the mounted radius of its ring, ``breakdown_share``, that field over
     the dielectric strength, ``largest_limit_share`` of the stretch limit, ``least_tangent_stiffness`` (slope of a
     ring's meridional tension, zero where it localises) and ``least_tangent_stiffness_radius``, and ``wrinkled_share``
@@ -211,7 +211,7 @@ def _variables(
         "force": (_CELL, known.force, "force with which the film pulls the disc back", "force"),
         "charge": (_CELL, known.capacitance * known.voltage, "charge on the film", "charge"),
         "capacitance": (_CELL, known.capacitance, "charge over voltage", "capacitance"),
-        "pull_in_voltage": (_CELL, known.pull_in, "voltage on it at which it pulls in at this height", _NEVER),
+        "pull_in_film_voltage": (_CELL, known.pull_in, "voltage on it at which it pulls in at this height", _NEVER),
         "largest_field": (_CELL, highest, "largest true electric field", nowhere),
         "largest_field_radius": (_CELL, place, "mounted radius of the ring of the largest field", "length"),
         "breakdown_share": (_CELL, highest / share, "largest field over the dielectric strength", _STRENGTH),

@@ -110,7 +110,7 @@ def simulate(
     stresses and field of the second film have the prefix ``second_``.
 
     For a wrinkling film ``film_state_*`` are the shares of the time in each of its states, between the exact times of
-    their changes; ``pull_in_time``, ``pull_in_displacement``, ``pull_in_voltage`` on the film and ``pull_in_kind``
+    their changes; ``pull_in_time``, ``pull_in_displacement``, ``pull_in_film_voltage`` and ``pull_in_kind``
     (`FilmPullIn`) describe a pull-in, which ends the run (NaN and 0: none). ``outcome`` is how the run ended.
 
     Raises
@@ -401,7 +401,7 @@ def film_variables(members: Members, run: Trajectories) -> dict[str, dataset.Var
         ends = {
             "time": (run.end_times, "time", "time"),
             "displacement": (run.end_states[:, 0], "displacement", "length"),
-            "voltage": (voltage[:, 0], "voltage on the film", "voltage"),
+            "film_voltage": (voltage[:, 0], "voltage on the film", "voltage"),
         }
         for name, (value, meaning, quantity) in ends.items():
             value = np.where(pull_in > 0, value, np.nan)
