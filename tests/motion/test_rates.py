@@ -128,3 +128,16 @@ def test_the_inputs_of_python_control_are_voltage_and_force():
     np.testing.assert_allclose(
         system.updfcn(0.4, f.start, np.array([300.0, 2e-3]), {}), f(0.4, f.start, voltage=300.0, force=2e-3), rtol=1e-13
     )
+
+
+@pytest.mark.parametrize("kind", ["taut", "circuit", "reduced"])
+def test_the_drive_as_a_function_is_the_drive(kind):
+    own = device(kind)
+    f = gelcone.rates(own)
+    y = np.array([0.013, 0.2, *f.start[2:]])
+
+    def voltage(t):
+        return own.voltage_offset + own.voltage_amplitude * np.sin(2.0 * np.pi * own.frequency * t)
+
+    for t in (0.0, 0.013, 0.037):
+        np.testing.assert_allclose(f(t, y, voltage=voltage), f(t, y), rtol=1e-8, atol=1e-9)

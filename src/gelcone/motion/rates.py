@@ -17,6 +17,8 @@ from gelcone.quantity import Array
 
 Input = float | Callable[[float], float]
 """A constant, or a function of the time in seconds."""
+SPACING = 1e-5
+"""Dimensionless time on both sides over which the rate of a voltage is taken, where a circuit acts on the rate."""
 
 
 class Rates:
@@ -48,6 +50,8 @@ class Rates:
         self.states: tuple[str, ...] = tuple(state.name for state in self._system.states)
         start = model.members().start_states(np.array([device.initial_state()]))[0]
         self.start: Array = np.asarray(start, dtype=float) * self._sizes
+        still, moving = (self._system.rates(0.0, list(start), self._with(0.0, slope, 0.0)) for slope in (0.0, 1.0))
+        self._takes_slope = still != moving
 
     def __call__(self, t: float, y: Any, *, voltage: Input | None = None, force: Input = 0.0) -> Array:
         """Rates of change, in the shape of ``y``.
@@ -56,7 +60,8 @@ class Rates:
         ----------
         t : time, s.
         y : states.
-        voltage : commanded voltage, V. Default None: that of the device's drive.
+        voltage : commanded voltage, V. Default None: that of the device's drive. A circuit with a reduced resistance
+            acts on its rate, which is taken by differences.
         force : force on the disc, N, positive away from the film's plane. Default 0.
         """
         z, n = self._at(t, y, voltage, force)
@@ -95,9 +100,19 @@ class Rates:
         if voltage is None:
             volts, slope = self._waveform.voltage(tau, self._drive), self._waveform.voltage_rate(tau, self._drive)
         else:
-            volts, slope = (voltage(t) if callable(voltage) else voltage) / s.voltage, 0.0
+            volts = (voltage(t) if callable(voltage) else voltage) / s.voltage
+            slope = self._slope(t, voltage) if callable(voltage) and self._takes_slope else 0.0
         newton = (force(t) if callable(force) else force) / s.force
-        return z, self._n | dict(zip(INPUTS, (volts, slope, newton, 0.0), strict=True))
+        return z, self._with(volts, slope, newton)
+
+    def _slope(self, t: float, voltage: Callable[[float], float]) -> float:
+        """The dimensionless rate of a voltage by differences, without times before 0."""
+        before, after = max(t - SPACING * self._scales.time, 0.0), t + SPACING * self._scales.time
+        return (voltage(after) - voltage(before)) / (after - before) * self._scales.time / self._scales.voltage
+
+    def _with(self, volts: Any, slope: Any, newton: Any) -> Mapping[str, Any]:
+        """All numbers, under dimensionless inputs."""
+        return self._n | dict(zip(INPUTS, (volts, slope, newton, 0.0), strict=True))
 
 
 def rates(device: Device) -> Rates:
