@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.errors import InputError, MissingDependency, check_result, unknown_name
+from gelcone.errors import InputError, MissingDependency, check_result
 from gelcone.files import write_together
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def export(result: xr.Dataset, path: str | Path, *, force: bool = False) -> list
     path = Path(path)
     kind = path.suffix.removeprefix(".").lower()
     if kind not in FORMATS:
-        raise unknown_name("format of other programs", kind or str(path), FORMATS)
+        raise InputError(f"{path}: a result is written to NAME.{FORMATS[0]}, NAME.{FORMATS[1]} or NAME.{FORMATS[2]}")
     check_result("export", result)
     writers: dict[Path, Callable[[Path], None]]
     if kind == "mat":

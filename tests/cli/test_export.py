@@ -9,7 +9,7 @@ from gelcone.cli import export as command
 
 
 def test_a_device_is_written_as_c(command_line, tmp_path):
-    code, out, _ = command_line("export", "biased-pump", "--c", "pump", "--film", "taut", "--set", "spring_rate=16 N/m")
+    code, out, _ = command_line("export", "biased-pump", "pump", "--film", "taut", "--set", "spring_rate=16 N/m")
     assert code == 0
     assert [line for line in out.splitlines() if "pump.c" in line]
     assert "16 N/m" in (tmp_path / "pump" / "device.toml").read_text()
@@ -17,12 +17,12 @@ def test_a_device_is_written_as_c(command_line, tmp_path):
     for program in ("example", "test"):
         first = (tmp_path / "pump" / f"{program}.c").read_text().partition("#include")[0]
         assert f"cc -std=c99 -O2 -ffp-contract=off {program}.c pump.c" in first
-    code, _, err = command_line("export", "biased-pump", "--c", "pump", "--film", "taut")
+    code, _, err = command_line("export", "biased-pump", "pump", "--film", "taut")
     assert (code, "exists already" in err) == (2, True)
 
 
 def test_a_device_is_written_as_an_fmu(command_line, tmp_path):
-    typed = ("export", "biased-pump", "--fmu", "pump.fmu", "--film", "taut", "--fmi", "3", "--drive", "sine")
+    typed = ("export", "biased-pump", "pump.fmu", "--film", "taut", "--fmi", "3", "--drive", "sine")
     assert command_line(*typed)[0] == 0
     text = zipfile.ZipFile(tmp_path / "pump.fmu").read("modelDescription.xml").decode()
     assert 'fmiVersion="3.0"' in text
@@ -32,25 +32,21 @@ def test_a_device_is_written_as_an_fmu(command_line, tmp_path):
 @pytest.mark.parametrize(
     ("typed", "words"),
     [
-        (("biased-pump",), "--c FOLDER"),
-        (("mine.toml", "--to", "csv"), "--c FOLDER"),
-        (("biased-pump", "--c", "pump", "--to", "csv"), "--to: is an option of results"),
-        (("biased-pump", "--c", "pump.c"), "--c pump.c: is a folder, without an ending"),
-        (("biased-pump", "--c", "pump.h"), "--c pump.h: is a folder, without an ending"),
-        (("no-such-device", "--c", "pump"), "no such file"),
+        (("biased-pump",), "biased-pump: is a device; say where it goes, to NAME.fmu, NAME.wasm or a folder for C"),
+        (("mine.toml", "mine.fmu"), "no such file"),
+        (("biased-pump", "pump.c"), "pump.c: a device is written to NAME.fmu, NAME.wasm or a folder for C"),
+        (("biased-pump", "pump.csv"), "pump.csv: a device is written to NAME.fmu"),
+        (("no-such-device", "pump"), "no such file"),
         (
-            ("biased-pump", "--fmu", "pump.fmu", "--film", "taut", "--platforms", "macos-arm"),
+            ("biased-pump", "pump.fmu", "--film", "taut", "--platforms", "macos-arm"),
             "Error: --platforms 'macos-arm': has no place in FMI 2.0; give fmi = 3",
         ),
-        (("biased-pump", "--c", "pump", "--film", "taut", "--drive", "square"), "is not a drive"),
-        (("biased-pump", "--c", "pump", "--film", "taut", "--tolerance", "2"), "tolerance"),
-        (("biased-pump", "--c", "pump", "--film", "taut", "--tolerance", "0"), "tolerance"),
-        (("biased-pump", "--fmu", "pump.fmu", "--film", "taut", "--fmi", "0"), "must be 2 or 3"),
-        (("biased-pump", "--c", "pump.d"), "without an ending"),
-        (("biased-pump", "--c", "pump", "--fmu", "pump.fmu"), "give one of them"),
-        (("biased-pump", "--fmu", "pump.zip"), "must end in .fmu"),
-        (("biased-pump", "--wasm", "pump.js"), "must end in .wasm"),
-        (("biased-pump", "--fmu", "pump.fmu", "--film", "taut", "--fmi", "4"), "must be 2 or 3"),
+        (("biased-pump", "pump", "--film", "taut", "--drive", "square"), "is not a drive"),
+        (("biased-pump", "pump", "--film", "taut", "--tolerance", "2"), "tolerance"),
+        (("biased-pump", "pump", "--film", "taut", "--tolerance", "0"), "tolerance"),
+        (("biased-pump", "pump.fmu", "--film", "taut", "--fmi", "0"), "must be 2 or 3"),
+        (("biased-pump", "pump.fmu", "--film", "taut", "--fmi", "4"), "must be 2 or 3"),
+        (("no-such.nc",), "no such file"),
     ],
 )
 def test_what_cannot_be_is_refused_in_one_line(command_line, tmp_path, typed, words):
@@ -68,13 +64,15 @@ def test_a_result_takes_no_options_of_devices(command_line, undrawn):
     code, out, _ = command_line("export", "there/static.nc")
     assert code == 0
     assert "static.csv" in out
+    code, _, err = command_line("export", "there/static.nc", "static.fmu")
+    assert (code, "static.fmu" in err, ".parquet" in err) == (2, True, True)
 
 
 @pytest.mark.parametrize(
     ("typed", "written"),
     [
-        ((), "there/run.csv"), (("--to", "MAT"), "there/run.mat"), (("--out", "tables"), "tables/run.csv"),
-        (("--out", "tables", "--to", "parquet", "--force"), "tables/run.parquet"),
+        ((), "there/run.csv"), (("there/run.mat",), "there/run.mat"), (("tables/other.csv",), "tables/other.csv"),
+        (("tables/run.parquet", "--force"), "tables/run.parquet"),
     ],
 )  # fmt: skip
 def test_the_files_of_a_result_lie_next_to_it_or_where_it_was_said(typed, written, command_line, monkeypatch):

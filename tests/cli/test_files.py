@@ -90,7 +90,7 @@ def test_a_result_and_a_store_become_tables(command_line, undrawn, tmp_path):
     assert (tmp_path / "there" / "simulate.time.csv").read_text().startswith("time (ms),displacement (mm),")
     grid = ("--analysis", "limits", "--over", "film_thickness=0.2 mm:0.3 mm:2")
     command_line("sweep", "biased-pump", *grid, "--store", "s.zarr")
-    code, out, err = command_line("export", "s.zarr", "--to", "csv", "--out", ".")
+    code, out, err = command_line("export", "s.zarr")
     assert (code, err) == (0, "")
     (head, *rows) = (tmp_path / "s.film_thickness.csv").read_text().splitlines()
     assert head.startswith("film_thickness (mm),")

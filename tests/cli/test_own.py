@@ -105,8 +105,6 @@ DEFAULTS = {
     ("measured", "--seed"): "0",
     ("export", "--fmi"): "2",
     ("export", "--tolerance"): "1e-07, which leaves about 1e-9 of the stroke",
-    ("export", "--to"): "csv",
-    ("export", "--out"): "that of the result",
     ("map", "--coarsest"): "64",
     ("map", "--colour"): "exponent",
     ("sweep", "--analysis"): "regime",
@@ -167,8 +165,9 @@ def parameters(command):
 
 @pytest.mark.parametrize("command", ARGUMENTS)
 def test_a_command_takes_as_many_words_as_it_needs(command):
-    (first,) = (own_ for own_ in parameters(command) if isinstance(own_, click.Argument))
+    first, *more = (own_ for own_ in parameters(command) if isinstance(own_, click.Argument))
     assert (first.name, first.required, first.nargs) == ARGUMENTS[command]
+    assert [(own_.name, own_.required) for own_ in more] == ([("place", False)] if command == "export" else [])
 
 
 def test_whole_numbers_have_their_bounds():

@@ -172,7 +172,7 @@ TABLE = {
         ],
     ),
     "export": Row(
-        ("export", "paper-table1", "--fmu", "a.fmu"),
+        ("export", "paper-table1", "a.fmu"),
         [
             ("--fmi", "3", "fmi", 3),
             ("--platforms", "host, linux", "platforms", ["host", "linux"]),
@@ -180,7 +180,7 @@ TABLE = {
             ("--tolerance", "1e-9", "tolerance", 1e-9),
             ("--force", (), "force", True),
         ],
-        {"c", "fmu", "wasm", "settings", "film", "kind", "out"},
+        {"settings", "film"},
     ),
     "map": Row(
         MAP,
@@ -420,7 +420,7 @@ def test_the_subject_of_every_command_is_read_from_what_was_typed(command_line, 
     for base in (MAP, SWEEP, ("datasheet",)):
         assert command_line(*base, *given)[0] == 2
         assert asked.pop() == found
-    typed_ = ("export", "soft-film", "--c", "there", "--film", "taut", "--set", "a=1", "--set", "b=2")
+    typed_ = ("export", "soft-film", "there", "--film", "taut", "--set", "a=1", "--set", "b=2")
     assert command_line(*typed_)[0] == 2
     assert asked.pop() == {"device": "soft-film", "film": "taut", "settings": ("a=1", "b=2")}
 
@@ -428,20 +428,16 @@ def test_the_subject_of_every_command_is_read_from_what_was_typed(command_line, 
 # --- the other commands -----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("flag", "place"), [("--c", "pump"), ("--fmu", "pump.fmu"), ("--wasm", "pump.wasm")])
-def test_a_device_is_exported_where_it_was_said(flag, place, command_line, calls):
-    found = ask(command_line, calls, "export", "paper-table1", flag, place)[1]
+@pytest.mark.parametrize("place", ["pump", "pump.fmu", "there/pump.wasm"])
+def test_a_device_is_exported_where_it_was_said(place, command_line, calls):
+    found = ask(command_line, calls, "export", "paper-table1", place)[1]
     assert (found["what"].name, found["path"]) == (gelcone.find_device("paper-table1").name, Path(place))
-    other = {"--c": "pump.c", "--fmu": "pump", "--wasm": "pump.fmu"}[flag]
-    assert command_line("export", "paper-table1", flag, other)[0] == 2
-    assert not calls[1:]
 
 
 @pytest.mark.parametrize(
     ("more", "path"),
     [
-        ((), "there/run.csv"), (("--to", "mat"), "there/run.mat"), (("--to", "PARQUET"), "there/run.parquet"),
-        (("--out", "tables"), "tables/run.csv"),
+        ((), "there/run.csv"), (("run.mat",), "run.mat"), (("tables/run.parquet",), "tables/run.parquet"),
     ],
 )  # fmt: skip
 @pytest.mark.parametrize("force", [False, True])
@@ -460,10 +456,7 @@ def test_a_result_is_exported_as_was_said(more, path, force, command_line, calls
         (("a.nc", "--film", "taut"), "--film: is an option of devices"),
         (("a.nc", "--set", "a=1"), "--set: is an option of devices"),
         (("a.nc", "--fmi", "3"), "--fmi: is an option of devices"),
-        (("paper-table1", "--c", "a", "--to", "mat"), "--to: is an option of results"),
-        (("paper-table1", "--c", "a", "--out", "b"), "--out: is an option of results"),
-        (("paper-table1", "--c", "a", "--wasm", "b.wasm"), "give one of them"),
-        (("paper-table1",), "is a device; say what it becomes: --fmu FILE.fmu, --c FOLDER or --wasm FILE.wasm"),
+        (("a.nc", "b.csv", "--platforms", "host"), "--platforms: is an option of devices"),
     ],
 )
 def test_options_of_the_other_kind_of_export_are_refused(given, word, command_line, calls):
