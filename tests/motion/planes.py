@@ -50,7 +50,7 @@ class Straight(Plane):
         voltages = [levels, self.share * levels][: len(self.model.system.films)]
         return Ramp(self.rest, x, 2.0 * levels, 3.0 * levels, 1.0 - 0.25 * levels, voltages, self.pitchfork, self.jump)
 
-    def examine(self, omegas, peaks, lower=None, *, yields=True):
+    def examine(self, omegas, peaks, lower=None, *, yields=True, shift=0.0):
         return {name: 10.0 * k + omegas + 0.1 * peaks for k, name in enumerate((*YIELDS, "regime", "final"))}
 
 

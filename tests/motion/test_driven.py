@@ -27,7 +27,7 @@ class World:
         self.limits = {name: limits.get(name.replace(" ", "_").replace("-", "_"), NEVER) for name in DRIVEN_LIMITS[:-1]}
         self.asked = []
 
-    def examine(self, omegas, peaks, lower=None, *, yields=True):
+    def examine(self, omegas, peaks, lower=None, *, yields=True, shift=0.0):
         below = [None] * len(peaks) if lower is None else lower.tolist()
         self.asked += zip(omegas.tolist(), peaks.tolist(), below, strict=True)
         met = {name: np.where(np.isnan(limit(omegas)), np.nan, 1.0 * (peaks >= limit(omegas)))
@@ -248,3 +248,28 @@ def test_no_frequency_is_added_where_the_limit_lies_within_the_interval_to_which
         world = World(pull_in=lambda omega, limit=limit: limit + 0.0 * omega)
         between, _ = module.unknown_between(world, found, 2.0, set())
         assert bool(between.size) == off, limit
+
+
+class Fractal(World):
+    """A plane with a fractal border of chaos: from 1 to 1.08 a motion is chaotic or not by the last digits of its
+    start, which the ``run`` differs in."""
+
+    def __init__(self, run):
+        super().__init__(chaos=lambda omega: np.ones(np.shape(omega)))
+        self.run = run
+
+    def examine(self, omegas, peaks, lower=None, *, yields=True, shift=0.0):
+        found = super().examine(omegas, peaks, lower, yields=yields, shift=shift)
+        last_digits = np.modf(np.abs(np.sin(1e7 * peaks + 1e11 * shift + 3e3 * self.run)) * 1e6)[0]
+        return found | {"chaos": 1.0 * (peaks >= 1.0 + 0.08 * last_digits)}
+
+
+def test_limits_at_a_fractal_border_are_as_wide_as_runs_from_starts_next_to_each_other_differ():
+    k, ends = DRIVEN_LIMITS.index("chaos"), []
+    for run in range(40):
+        found = driven(Fractal(run), OMEGAS[:1], VOLTS, refine=False, progress=None)
+        ends.append((found["low"][0, k], found["high"][0, k]))
+    low, high = np.array(ends).T
+    overlap = (low[:, None] <= high) & (low <= high[:, None])
+    assert overlap.mean() > 0.95
+    assert (high - low > 4.0 * 0.2 / PARTS**3).mean() > 0.5

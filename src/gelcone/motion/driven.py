@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.plane import DRIVEN_LIMITS, YIELDS, Plane, Rows, is_flat
@@ -18,6 +19,10 @@ WITHIN = 0.01
 NARROWEST = 1.002
 """Ratio of two frequencies within which a limit that does not follow the line is taken to jump."""
 REFINEMENTS = 10
+CHAOS = DRIVEN_LIMITS.index("chaos")
+SHIFTS = (1e-9, -1e-9, 2e-9)
+"""Distances of further starts of motions at voltages with chaos. The borders of chaos are fractal: an interval of a
+limit ends where motions from all starts meet it, and begins below the first voltage where one does."""
 PROBES = (0.25, 0.5, 0.75)
 """Shares of the interval between two frequencies at which the line between their limits is checked."""
 FAR = 1.05
@@ -166,7 +171,9 @@ def _limits(
     unknown = np.isnan(met).any(axis=2)
     low[:, :-1][unknown] = high[:, :-1][unknown] = np.nan
     rows, columns = np.nonzero(reached & ~unknown)
-    for _ in range(NARROWINGS if rows.size else 0):
+    for _ in range(NARROWINGS):
+        if not rows.size:
+            break
         begin, end = low[rows, columns], high[rows, columns]
         inner = begin[:, None] + (end - begin)[:, None] * np.arange(1, PARTS) / PARTS
         # a motion that leaves the domain meets several limits at one voltage, and is examined once
@@ -174,15 +181,29 @@ def _limits(
         points, of = np.unique(pairs, axis=1, return_inverse=True)
         at = points[0].astype(np.intp)
         place = np.clip(np.searchsorted(volts, points[1]) - 1, 0, len(volts) - 1)
-        now = plane.examine(omegas[at], points[1], lower=final[at, place], yields=False)
-        every = np.stack([now[name] for name in DRIVEN_LIMITS[:-1]], axis=1)[of.ravel()].reshape(*inner.shape, -1)
-        hit = np.take_along_axis(every, columns[:, None, None], axis=2)[..., 0] > 0.0
-        place, edges = np.where(hit.any(axis=1), hit.argmax(axis=1), PARTS - 1), np.column_stack([begin, inner, end])
-        low[rows, columns], high[rows, columns] = (edges[np.arange(rows.size), place + k] for k in (0, 1))
+        omega, volt, start = omegas[at], points[1], final[at, place]
+        some = _met(plane, omega, volt, start)
+        every, fuzzy = some.copy(), volt > low[at, CHAOS]
+        for shift in SHIFTS if fuzzy.any() else ():
+            now = _met(plane, omega[fuzzy], volt[fuzzy], start[fuzzy], shift)
+            some[fuzzy], every[fuzzy] = some[fuzzy] | now, every[fuzzy] & now
+        hit = np.stack([some, every])[:, of.ravel()].reshape(2, *inner.shape, -1)
+        hit = np.take_along_axis(hit, columns[None, :, None, None], axis=3)[..., 0]
+        first, last = np.where(hit.any(axis=2), hit.argmax(axis=2), PARTS - 1)
+        edges, every_row = np.column_stack([begin, inner, end]), np.arange(rows.size)
+        low[rows, columns], high[rows, columns] = edges[every_row, first], edges[every_row, last + 1]
+        sharp = first == last
+        rows, columns = rows[sharp], columns[sharp]
         counted(0.9 / NARROWINGS)
     low[:, -1], high[:, -1] = _onset(plane, omegas, float(volts[-1]))
     counted.finish()
     return low, high
+
+
+def _met(plane: Plane, omegas: Array, volts: Array, lower: Array, shift: float = 0.0) -> npt.NDArray[np.bool_]:
+    """Find which limits (pairs, limits) are met at pairs of frequency and peak, without the onset of rest."""
+    now = plane.examine(omegas, volts, lower=lower, yields=False, shift=shift)
+    return np.stack([now[name] > 0.0 for name in DRIVEN_LIMITS[:-1]], axis=1)
 
 
 def _onset(plane: Plane, omegas: Array, highest: float) -> tuple[Any, Any]:

@@ -69,9 +69,9 @@ def operating_limits(
     which the limit is first met, as in `envelope` and `drive`. ``driven_error_voltage`` is the largest width of these
     intervals (NaN where no limit is met); ``examined_step_voltage``, the distance between the peaks
     examined: a window of chaos narrower than that may be missed, and the first one met may then begin lower;
-    ``safe_peak_voltage`` below all of them; and ``outcome``, that of a member without voltage being an error. Where a
-    motion is chaotic before it pulls in, runs at neighbouring voltages pull in or not, and the limit of pull-in is one
-    of several that the width does not cover.
+    ``safe_peak_voltage`` below all of them; and ``outcome``, that of a member without voltage being an error. Borders
+    of chaos, and of pull-in out of chaos, are fractal: their intervals hold the voltages at which motions from four
+    starts 1e-9 apart differ; limits of another run may lie higher or lower.
 
     Raises
     ------

@@ -175,18 +175,21 @@ class Plane:
         lower: Array | None = None,
         *,
         yields: bool = True,
+        shift: float = 0.0,
     ) -> dict[str, Array]:
         """The settled motion at pairs of frequency and peak, arrays (pairs,), and the limits that it meets.
 
         ``lower`` are states (pairs, N) settled at lower peaks, from which the voltage rises; by default motions start
-        from rest. Without ``yields``, stroke, powers and field are left out.
+        from rest. All starts are displaced by ``shift``. Without ``yields``, stroke, powers and field are left out.
         """
         parts = []
         for first in range(0, len(omegas), CHUNK):
             part = slice(first, first + CHUNK)
             model = self.at(omegas[part], peaks[part])
-            start = start_states(model, (self.rest + NUDGE, 0.0))
-            slow = None if lower is None or self.limits_from == "rest" else self._examine(model, lower[part], yields)
+            start = start_states(model, (self.rest + NUDGE + shift, 0.0))
+            slow = None
+            if lower is not None and self.limits_from != "rest":
+                slow = self._examine(model, lower[part] + shift * np.eye(1, lower.shape[1]), yields)
             if slow is None or self.limits_from == "both":
                 found = self._examine(model, start, yields, transient=self.limits_from != "settled")
                 if slow is not None:
