@@ -19,7 +19,7 @@ from gelcone.atlas.frequency import SPAN, _around_resonance, frequency
 from gelcone.atlas.resonance import Peaks
 from gelcone.codes import Outcome
 from gelcone.errors import InputError
-from gelcone.motion.linear import linear_response
+from gelcone.motion.linear import linear_peak, linear_response
 from gelcone.motion.state_space import equilibrium_under_bias, small_signal_response
 from gelcone.motion.stepping import Falls, Walk
 from gelcone.motion.swing import HARMONICS, Swing, settled_swing
@@ -194,6 +194,10 @@ def test_the_largest_linear_stroke_lies_between_the_frequencies():
     assert found["linear_peak_stroke"].item() == pytest.approx(strokes.max(), rel=1e-6)
     assert found["linear_peak_frequency"].item() == pytest.approx(fine[strokes.argmax()], abs=1e-4)
     assert found["linear_peak_stroke"].item() > 1.001 * found["linear_stroke"].values.max()
+    below, exact = np.nextafter(1.3, 0.0), found["linear_peak_stroke"].item()
+    for grid in ([1.0, below, 1.3, 1.6], [1.0, 1.3, np.nextafter(1.3, 2.0), 1.6], [1.0, 1.7 - 0.4, 1.6]):
+        again = linear_peak(LINEAR.members(), np.array([grid]), linear_response(LINEAR, grid).stroke[None])
+        assert again[1].item() == pytest.approx(exact, rel=1e-9), "two frequencies one rounding apart end no search"
     rising = frequency(LINEAR, [0.5, 0.6])
     assert rising["linear_peak_frequency"].item() == 0.6
     assert rising["linear_peak_stroke"].item() == rising["linear_stroke"].values[-1]
@@ -606,3 +610,15 @@ def test_a_response_is_labelled_with_each_of_its_numbers(monkeypatch):
     assert np.isnan(found["linear_phase"].values[2:]).all()
     assert found["branch"].values.tolist() == ["up", "down"]
     assert all(coordinate.attrs["long_name"] and "units" in coordinate.attrs for coordinate in found.coords.values())
+
+
+def test_a_disc_at_rest_has_no_peak():
+    """What is left of its start is no motion: 1e-56 of the width, of which a peak was reported."""
+    flat = gelcone.ConeModel(voltage=[0.3, 0.9], voltage_bias=0.2, damping_ratio=0.1, spring_stiffness=0.5)
+    found = frequency(flat, [0.9, 1.1])
+    assert found["resting"][0].all()
+    assert (found["amplitude"][0] < 1e-9).all()
+    assert not found["resting"][1].all()
+    for name in ("peak_amplitude", "peak_amplitude_error", "peak_frequency", "peak_low", "peak_high"):
+        assert found[name][0].isnull().all(), name
+        assert found[name][1].notnull().all(), name

@@ -74,7 +74,7 @@ def _stroke_lines(shown: xr.Dataset) -> list[str]:
 
 
 def _strokes(own: xr.Dataset) -> list[str]:
-    """The strokes of one sweep; those of a disc at rest are what is left of its start."""
+    """The strokes of one sweep, in words where the disc rests."""
     rests = own.get("resting", 0 * own["period"]).values
     return ["at rest" if rest else measured(stroke) for stroke, rest in zip(own["stroke"], rests, strict=True)]
 
@@ -87,7 +87,7 @@ def _branch_lines(branch: str, own: xr.Dataset, hertz: str, length: str) -> list
     ends = float(own["peak_frequency"]) in (frequency[0], frequency[-1])
     rising = ", an end of the frequencies: it may rise beyond" if ends else ""
     largest = with_error(stroke, error).removeprefix("+")
-    if np.isnan(stroke):
+    if own["stroke"].isnull().all():
         return [f"swept {branch:5s} no motion is found at any frequency"]
     if "resting" in own and own["resting"].values[own["stroke"].notnull()].all():
         return [f"swept {branch:5s} at rest at every frequency"]

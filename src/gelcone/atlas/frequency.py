@@ -110,7 +110,7 @@ def frequency(
     * over ``harmonic``, multiples of the drive frequency: ``harmonic_amplitude`` and ``harmonic_phase`` in degrees
       ahead of sin(harmonic omega t), where the voltage is sin(omega t);
     * over ``branch``, its highest peak: ``peak_frequency`` between ``peak_low`` and ``peak_high``, ``peak_amplitude``
-      and ``peak_amplitude_error``;
+      and ``peak_amplitude_error``; NaN for a disc that rests at every frequency;
     * over ``jump``, each end of a range in which the sweeps differ: ``jump_branch``, the sweep that jumps there,
       between the frequencies ``jump_low`` and ``jump_high``, from the stroke ``jump_from`` to ``jump_to``;
       for an ensemble also ``jump_member``, its index;
@@ -354,6 +354,7 @@ def _label(
         "linear_amplitude": (linear_wave, np.abs(lines), "amplitude of a harmonic by linear theory", "length"),
         "linear_phase": (linear_wave, line_phase, "phase of the harmonic by linear theory", "angle"),
     }
+    still = (swept.resting | np.isnan(swept.amplitude)).all(axis=-1)
     for name, values, meaning, quantity in (
         ("peak_frequency", peaks.frequency, "drive frequency of the highest peak", "frequency"),
         ("peak_low", peaks.low, "the peak lies above this frequency", "frequency"),
@@ -361,7 +362,8 @@ def _label(
         ("peak_amplitude", peaks.amplitude, "amplitude at the peak", "length"),
         ("peak_amplitude_error", peaks.error, "error of the amplitude at the peak", "length"),
     ):
-        variables[name] = ("branch",), values.reshape(-1, len(BRANCHES)), meaning, quantity
+        values = np.where(still, np.nan, values.reshape(-1, len(BRANCHES)))
+        variables[name] = ("branch",), values, meaning, quantity
     variables |= validity_variables(swept.validity, swept.outcome, model.system, each)
     over = grid[0] if shared else grid
     coords: dict[str, dataset.Variable] = {

@@ -45,8 +45,10 @@ MOST_TURNS, SAME_VOLTAGE = 12, 1e-13
 """Most fixed-point iterations for the common equilibrium of films and circuits, and the change that ends them."""
 RAMP = 33
 """Steps in which the voltages on both films of a double cone rise together."""
-PEAK_ROUNDS, PEAK_FREQUENCIES = 3, 33
+PEAK_ROUNDS, PEAK_FREQUENCIES = 4, 33
 """How often the interval of the largest linear stroke is narrowed, and by how many frequencies."""
+PEAK_SAME = 1e-12
+"""Relative difference of two of these that are the same but for rounding."""
 
 
 @dataclass(frozen=True)
@@ -88,8 +90,10 @@ def linear_peak(members: Members, frequencies: Array, strokes: Array) -> tuple[A
     places, heights = frequencies, np.where(np.isnan(strokes), -1.0, strokes)
     for _ in range(PEAK_ROUNDS):
         best = heights.argmax(axis=1)
-        low, high = (places[rows, np.clip(best + side, 0, places.shape[1] - 1)] for side in (-1, 1))
         at, height = places[rows, best, None], heights[rows, best, None]
+        # neighbours that are the largest but for rounding would end the search
+        low = np.where(places < at * (1.0 - PEAK_SAME), places, places[:, :1]).max(axis=1)
+        high = np.where(places > at * (1.0 + PEAK_SAME), places, places[:, -1:]).min(axis=1)
         tried = np.sort(np.column_stack([np.linspace(low, high, PEAK_FREQUENCIES, axis=-1), at]), axis=1)
         found = np.asarray(linear_response(members, tried).stroke)
         places, heights = tried, np.where(tried == at, height, np.where(np.isnan(found), -1.0, found))
