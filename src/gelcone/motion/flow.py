@@ -159,12 +159,10 @@ def _fit(name: str, value: npt.ArrayLike, shape: tuple[int, ...]) -> Array:
 def _store_start(result: Trajectories, states0: Array, members: npt.NDArray[np.bool_]) -> None:
     """The first sample of members that are sampled at their start."""
     result.states[members, 0] = states0[members]
-    if result.tangents is not None:
-        result.tangents[members, 0] = np.eye(states0.shape[1])
-    if result.divergence is not None:
-        result.divergence[members, 0] = 0.0
-    if result.work is not None:
-        result.work[members, 0] = 0.0
+    unit = np.eye(states0.shape[1])
+    for kept, value in ((result.tangents, unit), (result.divergence, 0.0), (result.work, 0.0)):
+        if kept is not None:
+            kept[members, 0] = value
 
 
 def available_threads() -> int:

@@ -134,14 +134,11 @@ def _store(job: Job, run: npt.NDArray[np.intp], members: Members, raw: Raw, smal
     result = job.result
     if members.system.charged and raw.tangents is not None:
         _of_voltages(job, run, members, raw)
-    for kept, values in (
-        (result.states, raw.states),
-        (result.tangents, raw.tangents),
-        (result.divergence, raw.divergence),
-        (result.work, raw.work),
-    ):
-        if kept is not None and values is not None:
-            kept[run] = values if inside.all() else np.where(_spread(inside, values.ndim), values, np.nan)
+    for name in ("states", "tangents", "divergence", "work"):
+        if (kept := getattr(result, name)) is not None:
+            values = getattr(raw, name)
+            there = inside.reshape(inside.shape + (1,) * (values.ndim - 2))
+            kept[run] = values if inside.all() else np.where(there, values, np.nan)
     result.steps[run] = raw.steps
     result.end_times[run], result.end_states[run] = raw.end_time, raw.end_state
     ended = _ended_by(members, raw)
@@ -214,8 +211,3 @@ def _outcomes(
     outcome[np.isin(raw.status, switching)] = Outcome.STEP_LIMIT  # for circuits; films are set in the next line
     outcome[by >= 0] = Outcome.PULLED_IN
     return outcome.astype(np.int8)
-
-
-def _spread(flags: npt.NDArray[np.bool_], rank: int) -> npt.NDArray[np.bool_]:
-    """``flags`` (members, samples) with trailing axes, ``rank`` in all."""
-    return flags.reshape(flags.shape + (1,) * (rank - flags.ndim))

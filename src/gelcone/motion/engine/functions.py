@@ -91,7 +91,7 @@ def logarithm(f: Function, value: Value) -> tuple[Value, Value]:
     z = f.multiply(s, s)
     series = f.multiply(z, f.polynomial(z, [f.real(2.0 / (2 * k + 3)) for k in range(11)]))
     half = f.multiply(f.real(0.5), m)
-    square, square_low = f.multiply(half, m), None
+    square = f.multiply(half, m)
     square_low = f.fused(half, m, f.negative(square))
     correction = f.fused(s, f.add(square, series), f.fused(exponent, f.real(LOG_2_LOW), f.negative(square_low)))
     # e log 2 + m - m^2/2 + correction, from the largest term on, with all rounding errors

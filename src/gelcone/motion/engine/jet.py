@@ -52,7 +52,7 @@ class Jet:
     ) -> None:
         self._f = f
         self._held = held
-        self._slopes_by_root: dict[int, list[Value]] = {}
+        self._solutions: dict[int, tuple[list[list[Value]], list[Value]]] = {}
         followed = [*((equation.residual, order) for equation in equations), *borders]
         wanted = [*rates, *(node for node, _ in followed)]
         nodes = ordered(wanted)
@@ -102,9 +102,7 @@ class Jet:
                 self._rows[node.index].append(self._series.coefficient(node, n))
             if n and node.index in residuals:
                 own = self._blocks[residuals[node.index].root.index]
-                if len(own) == 1:
-                    self._solve_root(own[0], n)
-                elif all(len(self._rows[one.residual.index]) > n for one in own):
+                if all(len(self._rows[one.residual.index]) > n for one in own):
                     self._solve_roots(own, n)
 
     # --- roots ---------------------------------------------------------------------------------------------------
@@ -205,7 +203,7 @@ class Jet:
         return f.choose(rising, f.larger(f.smaller(step, most), f.negative(most)), f.real(math.nan))
 
     def _slopes_of_block(self, block: Sequence[Equation], values: dict[int, Value]) -> list[list[Value]]:
-        """The matrix of derivatives of two residuals with respect to their roots."""
+        """The matrix of derivatives of the residuals of a block with respect to its roots."""
 
         def slope(of: Equation, by: Equation) -> Value:
             node = by.slope_of(of.residual)
@@ -214,57 +212,38 @@ class Jet:
         return [[slope(of, by) for by in block] for of in block]
 
     def _inverse(self, matrix: Sequence[Sequence[Value]]) -> tuple[list[list[Value]], Value]:
-        """The inverse of a 2 x 2 matrix, and its determinant."""
-        f, ((a, b), (c, d)) = self._f, matrix
+        """The inverse of a matrix of one row or two, and its determinant."""
+        f = self._f
+        if len(matrix) == 1:
+            return [[f.divide(f.real(1.0), matrix[0][0])]], matrix[0][0]
+        (a, b), (c, d) = matrix
         determinant = f.subtract(f.multiply(a, d), f.multiply(b, c))
         one = f.divide(f.real(1.0), determinant)
         minus = f.negative(one)
         return [[f.multiply(d, one), f.multiply(b, minus)], [f.multiply(c, minus), f.multiply(a, one)]], determinant
 
     def _solve_roots(self, block: Sequence[Equation], n: int) -> None:
-        """Sets the n-th coefficients of two roots that depend on each other, and corrects those of their dependents."""
-        f, first = self._f, block[0].root.index
+        """Sets the n-th coefficients of one root, or of two that depend on each other, and corrects those of their
+        dependents."""
+        f, series, first = self._f, self._series, block[0].root.index
         rows = [self._rows[equation.residual.index] for equation in block]
         if all(row[n] is None for row in rows):
             return
-        if first not in self._slopes_by_root:
+        if first not in self._solutions:
             values: dict[int, Value] = {}
-            flat = [value for row in self._inverse(self._slopes_of_block(block, values))[0] for value in row]
-            self._slopes_by_root[first] = [
-                *flat,
-                *(self._first(slope, values) for equation in block for slope in equation.slopes),
-            ]
-        flat, left = self._slopes_by_root[first][:4], iter(self._slopes_by_root[first][4:])
-        changes = [self._series.chain([(flat[2 * i], rows[0][n]), (flat[2 * i + 1], rows[1][n])]) for i in range(2)]
-        own = [f.negative(present(change)) for change in changes]
-        for equation, change in zip(block, own, strict=True):
-            self._rows[equation.root.index][n] = change
+            inverse, _ = self._inverse(self._slopes_of_block(block, values))
+            self._solutions[first] = inverse, [self._first(s, values) for equation in block for s in equation.slopes]
+        inverse, slopes = self._solutions[first]
+        terms = [[(value, row[n]) for value, row in zip(line, rows, strict=True)] for line in inverse]
+        found, left = [f.negative(present(series.chain(pairs))) for pairs in terms], iter(slopes)
+        for equation, own in zip(block, found, strict=True):
+            self._rows[equation.root.index][n] = own
             for node in equation.dependents:
                 slope, row = next(left), self._rows[node.index]
-                if node.index not in self._series.inlined and len(row) > n:
-                    row[n] = self._series.chain([(slope, change)], row[n])
+                if node.index not in series.inlined and len(row) > n:
+                    row[n] = series.chain([(slope, own)], row[n])
         for row in rows:
             row[n] = None
-
-    def _solve_root(self, equation: Equation, n: int) -> None:
-        """Sets the n-th coefficient of a root, and corrects those of its dependents."""
-        f = self._f
-        residual = self._rows[equation.residual.index]
-        if residual[n] is None:
-            return
-        if equation.root.index not in self._slopes_by_root:
-            values: dict[int, Value] = {}
-            slopes = [self._first(slope, values) for slope in equation.slopes]
-            inverse = f.divide(f.real(-1.0), self._first(equation.slope, values))
-            self._slopes_by_root[equation.root.index] = [inverse, *slopes]
-        inverse, *slopes = self._slopes_by_root[equation.root.index]
-        own = f.multiply(present(residual[n]), inverse)
-        self._rows[equation.root.index][n] = own
-        for node, slope in zip(equation.dependents, slopes, strict=True):
-            row = self._rows[node.index]
-            if node.index not in self._series.inlined:
-                row[n] = self._series.chain([(slope, own)], row[n])
-        residual[n] = None
 
     def _leaf(self, node: Node, order: int, time: Value, held: Mapping[int, Value]) -> list[Coefficient]:
         """The coefficients of a leaf or a fixed node; an empty list for other nodes."""

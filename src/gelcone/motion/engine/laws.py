@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal, Protocol
+from typing import Any, Protocol
 
 from gelcone.motion.engine.equations import equations_of
 from gelcone.motion.engine.events import Event
 from gelcone.motion.engine.plan import Border, Law
 from gelcone.physics.trace import Graph, Node, ordered
-
-Keep = Literal["states", "tangents", "work"]
 
 DISC_STATES = 2
 """Number of states up to which the trace of the Jacobian depends on the damping alone."""

@@ -17,10 +17,9 @@ from __future__ import annotations
 from gelcone.motion.engine.code import Function, Value
 from gelcone.motion.engine.events import crossing_function
 from gelcone.motion.engine.plan import SAME_THREAD, THREAD, Job, Layout, Plan
-from gelcone.motion.engine.recurrences import evaluate
+from gelcone.motion.engine.recurrences import fixed_values
 from gelcone.motion.engine.service import enter_function, refill_function, serve_function, vacate_function
 from gelcone.motion.engine.step import step_function
-from gelcone.physics.trace import ordered
 
 
 def module_text(plan: Plan) -> str:
@@ -62,14 +61,7 @@ def _prepare(plan: Plan, layout: Layout) -> Function:
         def row(base: Value, k: int) -> Value:
             return f.place(base, f.new(f"add i64 {block}, {f.new(f'mul i64 %padded, {k}')}"))
 
-        values: dict[int, Value] = {}
-        for node in ordered(layout.held):
-            if node.fixed:
-                values[node.index] = (
-                    f.load(row("%numbers", plan.numbers.index(node.value)))
-                    if node.operation == "number"
-                    else evaluate(f, node, [values[a.index] for a in node.arguments])
-                )
+        values = fixed_values(f, layout.held, lambda name: f.load(row("%numbers", plan.numbers.index(name))))
         for k, node in enumerate(layout.held):
             f.store(values[node.index], row("%table", k))
         f.store_whole(f.new(f"add i64 {block}, {plan.width}"), at)

@@ -18,8 +18,7 @@ from gelcone.motion.engine.loop import module_text, step_text
 from gelcone.motion.engine.plan import Job, Layout, Plan
 from gelcone.physics.members import Rows
 from gelcone.physics.trace import fingerprint
-
-Array = npt.NDArray[np.float64]
+from gelcone.quantity import Array
 
 _ALIGNMENT = 128
 SECONDS_PER_BYTE = 1e-5

@@ -132,16 +132,14 @@ class Sensitivities:
         size = len(self.system.states)
         flow, slopes = self.system.flow(time, list(state[:size]), n, xp)
         rates = [xp.node(rate) for rate in flow]
-        blocks = [list(state[size * (k + 1) : size * (k + 2)]) for k in range(len(self.by))]
-
-        first: dict[str, list[Node]] = {}
-        for name, block in zip(self.by, blocks, strict=True):
+        for k, name in enumerate(self.by, 1):
+            block = state[size * k : size * (k + 1)]
             own = self.system.forced(time, state[:size], n, xp, name)
-            first[name] = [
+            rates += [
                 sum((slope * s for slope, s in zip(row, block, strict=True)), own_rate)
                 for row, own_rate in zip(slopes, own, strict=True)
             ]
-        return rates + [rate for name in self.by for rate in first[name]]
+        return rates
 
 
 class PhaseProgram:

@@ -15,9 +15,9 @@ from gelcone.motion.engine.equations import equations_of
 from gelcone.motion.engine.interruptions import border_events
 from gelcone.motion.engine.jet import Jet
 from gelcone.motion.engine.loop import module_text, step_text
-from gelcone.motion.engine.plan import ARRIVED, Job, Layout, Plan
+from gelcone.motion.engine.plan import ARRIVED, Job, Law, Layout, Plan
 from gelcone.motion.engine.program import Program
-from gelcone.motion.engine.recurrences import evaluate, held_values
+from gelcone.motion.engine.recurrences import fixed_values
 from gelcone.motion.job import Ended, Portable
 from gelcone.physics.system import ConeSystem
 from gelcone.physics.trace import Graph, Node, ordered
@@ -93,19 +93,16 @@ def _point(system: ConeSystem, plan: Plan, law: int, outputs: Outputs) -> tuple[
     values_of = [graph.node(value) for value, _ in wanted.values()]
     added = {name: graph.node(more) for name, (_, more) in wanted.items() if more is not None}
     borders = [graph.node(border.value(graph.time, z, n, graph)) for _, border in system.borders]
-    every = [*rates, *values_of, *added.values(), *borders]
-    equations = equations_of(every)
-    parts = [node for equation in equations for node in (*equation.slopes, equation.first)]
-    held = held_values([*every, *parts])
+    followed = [*values_of, *added.values(), *borders]
+    own = Law(tuple(rates), tuple(followed), equations_of([*rates, *followed]))
     arguments = ["ptr %z", "double %time", "ptr %numbers", "ptr %switches", "ptr %roots", "ptr %out"]
     f = Function(f"point_{law}", arguments, "void", 1, external=True)
-    values = _evaluated(f, held, plan.numbers, "%numbers")
+    values = fixed_values(f, own.held, lambda name: f.load(f.place("%numbers", plan.numbers.index(name))))
     values |= {graph.switch(name).index: f.load(f.place("%switches", k)) for k, name in enumerate(switched)}
-    orders = [int(name in added) for name in wanted]
-    more = [*zip(values_of, orders, strict=True), *((node, 0) for node in (*added.values(), *borders))]
+    orders = [*(int(name in added) for name in wanted), *[0] * (len(added) + len(borders))]
     states = [f.load(f.place("%z", k)) for k in range(len(z))]
-    roots = [f.place("%roots", k) for k in range(len(equations))]
-    jet = Jet(f, rates, more, 1, states, "%time", values, equations, roots)
+    roots = [f.place("%roots", k) for k in range(len(own.equations))]
+    jet = Jet(f, rates, list(zip(followed, orders, strict=True)), 1, states, "%time", values, own.equations, roots)
     found = {f"rate_{k}": row[1] for k, row in enumerate(jet.states)}
     plus = dict(zip(added, (row[0] for row in jet.borders[len(wanted) :]), strict=False))
     for name, row in zip(wanted, jet.borders, strict=False):
@@ -116,8 +113,8 @@ def _point(system: ConeSystem, plan: Plan, law: int, outputs: Outputs) -> tuple[
     for k, value in enumerate(found.values()):
         f.store(f.real(0.0) if value is None else value, f.place("%out", k))
     f.finish()
-    names = {node.value for node in ordered(held) if node.operation == "number"}
-    return f.text(), tuple(found), len(equations), names
+    names = {node.value for node in ordered(own.held) if node.operation == "number"}
+    return f.text(), tuple(found), len(own.equations), names
 
 
 def _sum(f: Function, a: str | None, b: str | None) -> str | None:
@@ -128,21 +125,8 @@ def _sum(f: Function, a: str | None, b: str | None) -> str | None:
 def formulas_text(name: str, leaves: Sequence[str], nodes: Mapping[int, Node]) -> str:
     """The function ``name(given, found)`` that evaluates nodes of the numbers ``leaves`` to places of ``found``."""
     f = Function(name, ["ptr %given", "ptr %found"], "void", 1, external=True)
-    values = _evaluated(f, list(nodes.values()), leaves, "%given")
+    values = fixed_values(f, list(nodes.values()), lambda leaf: f.load(f.place("%given", leaves.index(leaf))))
     for place, node in nodes.items():
         f.store(values[node.index], f.place("%found", place))
     f.finish()
     return f.text()
-
-
-def _evaluated(f: Function, nodes: Sequence[Node], names: Sequence[str], base: str) -> dict[int, str]:
-    """Values of fixed nodes and of their arguments; numbers lie at ``base`` in the order of their names."""
-    values: dict[int, str] = {}
-    for node in ordered(nodes):
-        if node.fixed:
-            values[node.index] = (
-                f.load(f.place(base, names.index(node.value)))
-                if node.operation == "number"
-                else evaluate(f, node, [values[argument.index] for argument in node.arguments])
-            )
-    return values

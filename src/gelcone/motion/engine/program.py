@@ -5,24 +5,19 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from gelcone.motion.engine import compile as compiler
 from gelcone.motion.engine.events import Event
-from gelcone.motion.engine.laws import Keep, System, traced_plan
+from gelcone.motion.engine.laws import System, traced_plan
 from gelcone.motion.engine.machine_code import Compiled, aligned, each
-from gelcone.motion.engine.plan import (
-    ARRIVED,
-    TERMINAL_EVENT,
-    Job,
-    Plan,
-)
+from gelcone.motion.engine.plan import ARRIVED, TERMINAL_EVENT, Job, Plan
 from gelcone.motion.engine.run import Run, Work
-
-Array = npt.NDArray[np.float64]
+from gelcone.motion.job import KEEPS
+from gelcone.quantity import Array
 
 
 @dataclass(frozen=True)
@@ -95,8 +90,8 @@ class Program:
         width: int | None = None,
         machine: compiler.Machine | None = None,
     ) -> None:
-        if keep not in get_args(Keep):
-            raise ValueError(f"keep = {keep!r}: must be one of {', '.join(get_args(Keep))}")
+        if keep not in KEEPS:
+            raise ValueError(f"keep = {keep!r}: must be one of {', '.join(KEEPS)}")
         if not 0.0 < tolerance < 1.0:
             raise ValueError(f"tolerance = {tolerance!r}: must be between 0 and 1")
         self.keep = keep

@@ -45,6 +45,17 @@ _FUNCTIONS: dict[str, Callable[..., Value]] = {
 }
 
 
+def fixed_values(f: Function, nodes: Sequence[Node], load: Callable[[str], Value]) -> dict[int, Value]:
+    """Values, by index, of the fixed ones among nodes and their arguments; ``load`` loads the number of a name."""
+    values: dict[int, Value] = {}
+    for node in ordered(nodes):
+        if node.operation == "number":
+            values[node.index] = load(node.value)
+        elif node.fixed:
+            values[node.index] = evaluate(f, node, [values[argument.index] for argument in node.arguments])
+    return values
+
+
 class Recurrences:
     """Coefficients of operations, each from those of its arguments, emitted into ``f``.
 

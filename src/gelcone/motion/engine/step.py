@@ -215,18 +215,10 @@ def _near(f: Function, coefficients: Sequence[Value | None], sign: Value | None,
 
 
 def _keep_step(
-    f: Function,
-    jet: Jet,
-    followed: Sequence[_Followed],
-    plan: Plan,
-    layout: Layout,
-    law: Law,
-    time: Value,
-    low: Value,
-    step: Value,
+    f: Function, jet: Jet, followed: Sequence[_Followed], plan: Plan, layout: Layout, law: Law, *span: Value
 ) -> None:
-    """Stores the step's polynomials in the scratch room; for states that are not read inside the step, only the
-    start."""
+    """Stores the step's polynomials in the scratch room, for states that are not read inside the step only the start;
+    and its ``span``, the time in two parts and the length."""
     terms = layout.terms if plan.borders or not plan.ends_at_samples else 1
     rows = [(i * layout.terms + k, value) for i, row in enumerate(jet.states) for k, value in enumerate(row[:terms])]
     rows += [
@@ -235,17 +227,11 @@ def _keep_step(
         for k, value in enumerate([*part.coefficients, *[None] * (terms - len(part.coefficients))])
     ]
     if plan.borders:
-        roots: list[list[Value | None]] = [
-            [None] * terms for _ in layout.equations
-        ]  # roots of other laws are searched again when they are needed
-        for equation, row in zip(law.equations, jet.roots, strict=True):
-            roots[layout.root(equation)] = row
-        rows += [
-            (layout.root_terms + i * layout.terms + k, value)
-            for i, row in enumerate(roots)
-            for k, value in enumerate(row)
-        ]
-    rows += [(layout.step_time, time), (layout.step_low, low), (layout.step, step)]
+        # roots of other laws are searched again when they are needed
+        roots = dict(zip(map(layout.root, law.equations), jet.roots, strict=True))
+        for i in range(len(layout.equations)):
+            rows += enumerate(roots.get(i, [None] * terms), layout.root_terms + i * layout.terms)
+    rows += enumerate(span, layout.step_time)
     for k, value in rows:
         f.store(f.real(0.0) if value is None else value, f.place("%scratch", k * f.width))
 
