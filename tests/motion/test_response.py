@@ -14,7 +14,7 @@ from gelcone import ConeModel, InputError, Outcome, dataset, simulate
 from gelcone.motion import response
 from gelcone.motion.flow import integrate
 from gelcone.motion.job import to_the_end
-from gelcone.motion.validity import SHARES
+from gelcone.motion.validity import SHARES, validity_of_run, validity_variables
 from tests.recorded import numbers, record
 from tests.toys import PowerFilm
 
@@ -603,9 +603,10 @@ def test_states_of_a_film_and_its_pull_in_are_those_at_the_end_of_each_run():
     kinds = members.system.film.kinds
     spent = numbers(2, 1, len(kinds), at=1.0)
     run = ran(members, 3, film_times=spent, pull_in=np.array([[0], [2]], dtype=np.int8))
-    found = response.film_variables(members, run)
+    found = response.ends_of_films(members, run)
+    shares = validity_variables(validity_of_run(members, run), run.outcome, members.system)
     for k, kind in enumerate(kinds):
-        np.testing.assert_allclose(found[f"film_state_{kind}"][1], spent[:, 0, k] / spent[:, 0].sum(axis=1))
+        np.testing.assert_allclose(shares[f"film_state_{kind}"][1], spent[:, 0, k] / spent[:, 0].sum(axis=1))
     np.testing.assert_array_equal(found["pull_in_time"][1], [np.nan, run.end_times[1]])
     np.testing.assert_array_equal(found["pull_in_displacement"][1], [np.nan, run.end_states[1, 0]])
     np.testing.assert_array_equal(found["pull_in_film_voltage"][1], [np.nan, 0.4])

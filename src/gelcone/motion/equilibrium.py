@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -174,22 +174,23 @@ def _with_validity(
     held = np.broadcast_to(levels[:, None], place.shape).reshape(flat)
     voltages, states, fails = _failing(result, members, balances, held, place.reshape(flat))
     follow = rest_at_command(members.system, members.numbers())
+    slope, nowhere = result["slope"], np.isnan(place).reshape(flat)
+
+    def add(name: str, values: Array | float, attrs: dict[str, Any], missing: Any = np.nan) -> None:
+        known = np.where(nowhere, missing, values).reshape(slope.shape)
+        result[name] = (slope.dims, known, attrs)
+
     for film, voltage in zip(films, voltages, strict=True):
         if not follow or film.has_other_voltage:
-            values = np.where(np.isnan(place), np.nan, np.reshape(voltage, place.shape)).reshape(result["slope"].shape)
             attrs = {"long_name": f"voltage on {film.words}"} | dataset.absent("voltage", nan="none")
-            result[f"{film.prefix}film_voltage"] = (result["slope"].dims, values, attrs)
+            add(f"{film.prefix}film_voltage", voltage, attrs)
     for film, state in zip(films, states, strict=True):
-        if kinds := film.kinds:
-            found = np.where(np.isnan(place), -1, np.reshape(state.kind, place.shape)).reshape(result["slope"].shape)
-            attrs = {"long_name": f"state of {film.words}", "units": "1"}
-            attrs |= {"quantity": "flag"} | dataset.flags_of(kinds)
-            result[f"{film.prefix}film_state"] = (result["slope"].dims, found.astype(np.int8), attrs)
+        if film.kinds:
+            attrs = dataset.attributes(f"state of {film.words}", "flag") | dataset.flags_of(film.kinds)
+            add(f"{film.prefix}film_state", state.kind.astype(np.int8), attrs, np.int8(-1))
     for name in ASSUMPTIONS:
-        found = fails[name].reshape(place.shape) if name in fails else np.full(place.shape, np.nan)
-        values = np.where(np.isnan(place), np.nan, found).reshape(result["slope"].shape)
-        attrs = {"long_name": f"1 at an equilibrium with {untrue_by(name)}", "units": "1", "quantity": "share"}
-        result[f"validity_{name}"] = (result["slope"].dims, values, attrs)
+        attrs = dataset.attributes(f"1 at an equilibrium with {untrue_by(name)}", "share")
+        add(f"validity_{name}", fails.get(name, np.nan), attrs)
     branch, at = result["branch_voltage"], result["branch_displacement"].values.reshape(flat)
     _, _, fails = _failing(result, members, balances, np.nan_to_num(branch.values).reshape(flat), at)
     attrs = dataset.attributes("whether an assumption of the model fails along the equilibria", "flag")

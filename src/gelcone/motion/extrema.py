@@ -13,6 +13,7 @@ from gelcone.devices.analysis import analysis
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.settle import STILL, Piece, blocks, check_forcing_periods, pieces, samples_per_repeat, settle
 from gelcone.motion.start import start_states
+from gelcone.motion.static_results import padded
 from gelcone.motion.turning import acceleration_at, turning_points, turning_share
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
@@ -84,7 +85,9 @@ def extrema(
             turns[:, 0] += discard + piece.first
             found.append((rows[which], turns))
             outcome[rows] = piece.outcome
-    table, count = _padded(found, members.size)
+    which, rows = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    count = np.bincount(which, minlength=members.size)
+    table = padded(np.split(rows[np.argsort(which, kind="stable")], np.cumsum(count)[:-1]))
     repeat = members.forcing_period[:, None]
     result = dataset.label(
         model,
@@ -129,15 +132,3 @@ def _turning_points(members: Members, piece: Piece, flow: dict[str, Any]) -> tup
     turning = members.take(which)
     times, states = turning_points(turning, piece.states[which, sample], begin, end, guess, kind, **flow)
     return which, np.column_stack([times / turning.forcing_period, states, kind])
-
-
-def _padded(found: list[tuple[npt.NDArray[np.intp], Array]], count: int) -> tuple[Array, npt.NDArray[np.int64]]:
-    """Rows of all members as (members, rows, columns), padded with NaN to at least one row; and their numbers."""
-    which = np.concatenate([members for members, _ in found])
-    rows = np.concatenate([rows for _, rows in found])
-    order = np.argsort(which, kind="stable")
-    numbers = np.bincount(which, minlength=count)
-    place = np.arange(which.size) - np.repeat(np.cumsum(numbers) - numbers, numbers)
-    table = np.full((count, int(numbers.max(initial=1)), rows.shape[1]), np.nan)
-    table[which[order], place] = rows[order]
-    return table, numbers

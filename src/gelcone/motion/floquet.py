@@ -24,11 +24,12 @@ from gelcone.motion.monodromy import STILL_STABLE, Monodromy, monodromy
 from gelcone.motion.settle import next_power_of_two
 from gelcone.motion.start import start_states
 from gelcone.motion.static_bifurcations import PITCHFORK_ABSENT, pitchfork_voltages
+from gelcone.motion.static_results import padded
 from gelcone.physics.drive import VOLTAGE
 from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.model import ConeModel
 from gelcone.physics.statics import every_balance
-from gelcone.progress import Counted, Progress, weighted
+from gelcone.progress import Counted, Progress, advance, weighted
 from gelcone.quantity import Array, Frequencies, Voltage, Voltages
 from gelcone.register.analysis import Axis
 
@@ -380,12 +381,10 @@ def _hidden_brackets(
     peak = (margin[:, 1:-1] >= margin[:, :-2]) & (margin[:, 1:-1] >= margin[:, 2:]) & stable_so_far[:, 1:-1]
     rows, at = np.nonzero(peak & (margin[:, 1:-1] > NEAR_ONSET))
     low, high = scan[rows, at], scan[rows, at + 2]
-    begin, best, value = low, scan[rows, at + 1], margin[rows, at + 1]
+    begin, best, value, each = low, scan[rows, at + 1], margin[rows, at + 1], np.arange(rows.size)
     for _ in range(PEAK_ROUNDS if rows.size else 0):
-        points = low[:, None] + (high - low)[:, None] * (np.arange(SECTIONS + 2) / (SECTIONS + 1))
-        inner = _at_voltages(members.take(rows), points[:, 1:-1], options).margin().reshape(-1, SECTIONS)
+        points, inner = _sections(members.take(rows), low, high, options)
         top = inner.argmax(axis=1) + 1
-        each = np.arange(rows.size)
         best, value = points[each, top], inner[each, top - 1]
         low, high = points[each, top - 1], points[each, top + 1]
     hidden = value > 0.0
@@ -396,13 +395,9 @@ def _boundaries(rows: Members, volts: Array, margin: Array, options: dict[str, A
     """All voltages at which the stability of each row changes on the grid, shape (rows, most changes), NaN-padded."""
     row, step = np.nonzero((margin[:, 1:] > 0.0) != (margin[:, :-1] > 0.0))
     rising = np.where(margin[row, step + 1] > 0.0, 1.0, -1.0)
-    count = np.bincount(row, minlength=len(margin))
-    boundary = np.full((len(margin), max(1, count.max())), np.nan)
-    if row.size:
-        place = np.arange(row.size) - np.repeat(np.cumsum(count) - count, count)
-        boundary[row, place], _ = _refine(rows.take(row), volts[step], volts[step + 1], rising, options)
-    Counted(progress)(1.0)
-    return boundary
+    found = _refine(rows.take(row), volts[step], volts[step + 1], rising, options)[0] if row.size else volts[:0]
+    advance(progress, 1.0)
+    return padded(np.split(found, np.searchsorted(row, np.arange(1, len(margin)))))
 
 
 def _refine(members: Members, low: Array, high: Array, rising: Array, options: dict[str, Any]) -> tuple[Array, Array]:
@@ -413,9 +408,8 @@ def _refine(members: Members, low: Array, high: Array, rising: Array, options: d
     each = np.arange(low.size)
     ends = rising[:, None] * _at_voltages(members, np.stack([low, high], axis=1), options).margin().reshape(-1, 2)
     for _ in range(ROUNDS):
-        points = low[:, None] + (high - low)[:, None] * (np.arange(SECTIONS + 2) / (SECTIONS + 1))
-        inner = rising[:, None] * _at_voltages(members, points[:, 1:-1], options).margin().reshape(-1, SECTIONS)
-        values = np.concatenate([ends[:, :1], inner, ends[:, 1:]], axis=1)
+        points, inner = _sections(members, low, high, options)
+        values = np.concatenate([ends[:, :1], rising[:, None] * inner, ends[:, 1:]], axis=1)
         passed = values > 0.0
         passed[:, -1] = True
         step = np.maximum(passed.argmax(axis=1), 1)
@@ -424,6 +418,12 @@ def _refine(members: Members, low: Array, high: Array, rising: Array, options: d
     before, past = np.minimum(ends[:, 0], 0.0), np.maximum(ends[:, 1], 0.0)
     share = before / np.where(before == past, 1.0, before - past)
     return low + (high - low) * share, high - low
+
+
+def _sections(members: Members, low: Array, high: Array, options: dict[str, Any]) -> tuple[Array, Array]:
+    """Voltages that cut each bracket into sections, its ends among them, and the margins at those inside."""
+    points = low[:, None] + (high - low)[:, None] * (np.arange(SECTIONS + 2) / (SECTIONS + 1))
+    return points, _at_voltages(members, points[:, 1:-1], options).margin().reshape(-1, SECTIONS)
 
 
 def _search_ends(model: Ensemble, highest: npt.ArrayLike | None) -> Array:

@@ -9,9 +9,8 @@ import numpy as np
 
 from gelcone.devices.analysis import check_device
 from gelcone.devices.device import Device
-from gelcone.devices.scales import MEASURES
 from gelcone.errors import InputError
-from gelcone.motion.state_space import python_control
+from gelcone.motion.state_space import python_control, state_scales
 from gelcone.physics.driven import INPUTS, driven
 from gelcone.quantity import Array
 
@@ -45,8 +44,7 @@ class Rates:
         self._n: dict[str, Any] = self._system.numbers_of(values)
         self._drive = model.system.waveform.numbers(values)
         self._scales = scales
-        sizes = [float(scales.size(s.quantity)) if s.quantity in MEASURES else 1.0 for s in self._system.states]
-        self._sizes: Array = np.array(sizes)
+        self._sizes, _ = state_scales(self._system.states, device)
         self.states: tuple[str, ...] = tuple(state.name for state in self._system.states)
         start = model.members().start_states(np.array([device.initial_state()]))[0]
         self.start: Array = np.asarray(start, dtype=float) * self._sizes

@@ -176,7 +176,7 @@ def simulate(
             for n, v in kinds.items()
         }
         | valid
-        | film_variables(members, run)
+        | ends_of_films(members, run)
         | _heat(members, run)
         | delivered(members, *to_the_end(run), jumps[1]),
         coords={"time": ((dim,), sampled[0, kept] if shared_times else sampled[:, kept], "time", "time")},
@@ -385,18 +385,13 @@ def heat_of(system: ConeSystem, work: Array) -> Array:
     return np.asarray(sum(lost, np.zeros(work.shape[:-1]))) / len(system.films)
 
 
-def film_variables(members: Members, run: Trajectories) -> dict[str, dataset.Variable]:
-    """Variables of the films' states and pull-ins: shares of the time, and ends; none for films without states."""
+def ends_of_films(members: Members, run: Trajectories) -> dict[str, dataset.Variable]:
+    """Variables of the pull-ins that end runs; none for films without states."""
     found: dict[str, dataset.Variable] = {}
     voltages = members.voltages(run.end_times[:, None], run.end_states[:, None])
     for k, (film, voltage) in enumerate(zip(members.system.films, voltages, strict=True)):
         if not film.kinds:
             continue
-        with np.errstate(invalid="ignore", divide="ignore"):
-            shares = run.film_times[:, k] / run.film_times[:, k].sum(axis=1, keepdims=True)
-        for kind, share in zip(film.kinds, shares.T, strict=False):
-            meaning = f"share of the time with {film.words} {kind.replace('_', ' ')}"
-            found[f"{film.prefix}film_state_{kind}"] = ((), share, meaning, "share")
         pull_in = run.pull_in[:, k]
         ends = {
             "time": (run.end_times, "time", "time"),

@@ -33,9 +33,10 @@ from gelcone.motion.settle import (
     settle,
 )
 from gelcone.motion.start import start_states
+from gelcone.motion.static_results import padded
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
-from gelcone.progress import Progress, split_progress, weighted
+from gelcone.progress import Progress, advance, split_progress, weighted
 from gelcone.quantity import Array, check_count
 
 if TYPE_CHECKING:
@@ -196,8 +197,7 @@ def spectrum_cells(
         folds = np.array([spectra[member].folds for member in coarse])
         coarse = coarse[folds & (REFINEMENT * samples[coarse] <= most[coarse])]
         samples[coarse] *= REFINEMENT
-    if left is not None:
-        left(1.0)
+    advance(left, 1.0)
     bins = None if highest is None else int(float(highest) * periods + 1e-6) + 1
     return Findings(_variables(members, spectra, bins), outcome)
 
@@ -424,8 +424,7 @@ _NUMBERS = {
 
 def _variables(members: Members, spectra: list[Spectrum], bins: int | None) -> dict[str, dataset.Variable]:
     """Variables of all members' spectra, padded with NaN to at least ``bins`` bins and `MOST_LINES` lines."""
-    amplitude = _padded([s.amplitude[:, None] for s in spectra], bins or 1)[..., 0]
-    lines = _padded([s.lines for s in spectra], MOST_LINES)
+    amplitude, lines = padded([s.amplitude for s in spectra], bins or 1), padded([s.lines for s in spectra], MOST_LINES)
     omega = np.broadcast_to(members.drive_frequency, members.shape)[:, None]
     variables: dict[str, dataset.Variable] = {
         "amplitude": (("frequency_ratio",), amplitude, "amplitude of the displacement", "length"),
@@ -438,11 +437,3 @@ def _variables(members: Members, spectra: list[Spectrum], bins: int | None) -> d
         values = np.array([getattr(s, name) for s in spectra])
         variables["mean_displacement" if name == "mean" else name] = ((), values, *meaning)
     return variables
-
-
-def _padded(rows: list[Array], least: int) -> Array:
-    """Arrays (rows, columns) of several members in one with at least ``least`` rows, padded with NaN."""
-    table = np.full((len(rows), max(least, *(len(r) for r in rows)), rows[0].shape[1]), np.nan)
-    for row, own in zip(table, rows, strict=True):
-        row[: len(own)] = own
-    return table

@@ -181,7 +181,7 @@ def _linearised(
     columns = {"voltage": jacobian[:, -1:], "force": pushed, "voltage_rate": 0.0 * pushed}
     B = np.hstack([columns[name] for name in inputs])
     C, D = _output_rows(system, at, n, switches, outputs, jacobian[:, :-1], B, inputs)
-    x, time = _scales(system.states, device)
+    x, time = state_scales(system.states, device)
     u, y = (
         np.array([1.0 if device is None else float(device.scales.size(known[name])) for name in given])
         for given, known in ((inputs, INPUTS), (outputs, OUTPUTS))
@@ -243,7 +243,7 @@ def _output_rows(
     return C[:-1], D[:-1]
 
 
-def _scales(states: tuple[State, ...], device: Device | None) -> tuple[Array, float]:
+def state_scales(states: tuple[State, ...], device: Device | None) -> tuple[Array, float]:
     """SI values of one unit of each state and of time; 1 without a device."""
     if device is None:
         return np.ones(len(states)), 1.0

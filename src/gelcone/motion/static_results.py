@@ -79,7 +79,10 @@ def _starts(model: Ensemble, start: npt.ArrayLike | None) -> list[float | None]:
     return [float(value) for value in values]
 
 
-def padded(rows: Sequence[Array]) -> Array:
-    """Rows of different lengths as one array with at least one column, padded with NaN."""
-    longest = max(1, *(len(row) for row in rows))
-    return np.stack([np.concatenate([row, np.full(longest - len(row), np.nan)]) for row in rows])
+def padded(rows: Sequence[Array], least: int = 1) -> Array:
+    """Arrays (rows, ...) of different lengths in one, (arrays, rows, ...), with at least ``least`` rows, padded with
+    NaN."""
+    table = np.full((len(rows), max(least, *map(len, rows)), *rows[0].shape[1:]), np.nan)
+    for place, own in zip(table, rows, strict=True):
+        place[: len(own)] = own
+    return table
