@@ -277,16 +277,15 @@ def test_drives_inside_the_window_are_its_edge_and_the_peaks_up_to_it():
     ("largest", "value"), [("stroke", 0.3), ("power", 0.4), ("work", 0.8 * np.pi / 0.5), ("speed", np.sqrt(0.4 / 0.2))]
 )
 def test_what_may_be_largest(largest, value):
-    one = best_drive.Candidates(
-        *(np.array([v, v]) for v in (0.5, 1.0, 0.3, 0.4, 0.7, 9.0)), np.array([1.0, 0.0]), np.ones(2)
-    )
+    yields = (np.array([v, v]) for v in (0.3, 0.4, 0.7, 9.0))
+    one = best_drive.Candidates(np.full(2, 0.5), np.ones(2), np.array([1.0, 0.0]), np.ones(2), *yields)
     np.testing.assert_allclose(one.value(largest, 0.1), [value, np.nan])
 
 
 def test_a_kick_is_tried_at_the_best_drive_alone_if_it_lies_at_the_edge(monkeypatch):
     plane = plane_of(CONE, 5)
     asked = record(monkeypatch, best_drive, coexisting={"kick_high": np.array([0.5])})
-    kicks = [best_drive._kick(plane, best_drive.Candidates(0.7, 0.4, *[1.0] * 5, edge)) for edge in (0.0, 1.0)]
+    kicks = [best_drive._kick(plane, best_drive.Candidates(0.7, 0.4, 1.0, edge, *[1.0] * 4)) for edge in (0.0, 1.0)]
     np.testing.assert_array_equal(kicks, [np.nan, 0.5])
     (one,) = asked["coexisting"]
     members, disc = one["members"], one["states"][:, :2].tolist()

@@ -182,7 +182,7 @@ def test_a_transient_lasts_as_the_slower_of_disc_and_film_unless_the_course_of_t
     """Four decay times of each: of the disc at most 1000, of states far slower at most that."""
     members = SimpleNamespace(damping_ratio=np.full(2, zeta), time_constant=np.array(times))
     monkeypatch.setattr(planes, "are_slow", lambda members: members.time_constant > 1e3)
-    found = planes.Plane._transient(members, planes._Drifts(np.array(known), []))
+    found = planes.Plane._transient(members, np.array(known))
     np.testing.assert_allclose(found, lasts)
 
 

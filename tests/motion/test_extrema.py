@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 
 from gelcone.motion.extrema import extrema
 from gelcone.motion.flow import integrate
+from gelcone.motion.turning import turning_share
 from gelcone.physics.model import ConeModel
 from tests.motion.sampled import CHAOTIC, PERIODIC, pieces_of
 from tests.recorded import numbers, record
@@ -103,9 +104,12 @@ def test_a_motion_turns_where_its_velocity_changes_sign_also_from_a_standstill(m
     size = np.array([[1.0], [1.0], [1e-14]])
     states = np.stack([0.25 * size * off**4, size * off**3], axis=-1)
     monkeypatch.setattr(extrema_module, "acceleration_at", lambda members, t, z: 3.0 * size * (t - 1.0) ** 2)
-    monkeypatch.setattr(
-        extrema_module, "turning_points", lambda turning, starts, begin, end, guess, kind: (guess, starts)
-    )
+
+    def on_quintics(turning, starts, sides, kind):
+        begin, end = sides[0].T
+        return begin + (end - begin) * turning_share(end - begin, *sides[1:]), starts
+
+    monkeypatch.setattr(extrema_module, "turning_points", on_quintics)
     members = SimpleNamespace(take=lambda rows: SimpleNamespace(forcing_period=2.0))
     piece = SimpleNamespace(times=times, states=states)
     which, rows = extrema_module._turning_points(members, piece, {})

@@ -138,7 +138,7 @@ def test_where_motions_settle_is_by_their_cycles_else_by_their_kind(monkeypatch,
     )  # fmt: skip
     members = FLAT.replace(voltage=[0.1, 0.2, 0.3, 0.4, 0.5]).members()
     start = numbers(5, 2)
-    final, regime, outcome, drifts = plane_of()._settle(members, start, classified)
+    final, regime, outcome, found = plane_of()._settle(members, start, classified)
     flow = {"tolerance": module.TOLERANCE, "threads": 5}
     (searched,) = asked["Search"]
     assert {name: searched[name] for name in flow} == flow
@@ -160,8 +160,8 @@ def test_where_motions_settle_is_by_their_cycles_else_by_their_kind(monkeypatch,
     kinds = [Regime.PERIODIC, Regime.REST, Regime.LEFT_THE_DOMAIN, Regime.CHAOTIC]
     assert regime.tolist() == [*kinds, Regime.CHAOTIC if classified else Regime.PERIODIC]
     assert outcome.tolist() == [0, 0, 3, 1, 2 * classified]
-    assert drifts.known.tolist() == [True, True, False, False, False]
-    assert drifts.courses == ["course"]
+    assert found.cycles.attracting.tolist() == [True, True, False, False, False]
+    assert found.courses == ["course"]
 
 
 def test_what_a_motion_fails_in_and_yields_is_sampled_over_enough_drive_periods(monkeypatch):

@@ -36,10 +36,11 @@ def test_a_motion_is_followed_to_where_its_velocity_vanishes():
     times = np.tile(np.linspace(0.0, 20.0, 201), (2, 1))
     run = integrate(members, np.tile([1.0, 0.0], (2, 1)), times)
     rows, first = np.nonzero(run.states[:, :-1, 1] * run.states[:, 1:, 1] < 0.0)
-    begin, end, kind = times[rows, first], times[rows, first + 1], np.sign(run.states[rows, first, 1])
-    at, states = turning_points(
-        members.take(rows), run.states[rows, first], begin, end, 0.5 * (begin + end), kind, tolerance=1e-14
-    )
+    both, kind = (rows[:, None], first[:, None] + np.arange(2)), np.sign(run.states[rows, first, 1])
+    begin, end = times[both].T
+    pulls = acceleration_at(members.take(rows), times[both], run.states[both])
+    sides = times[both], *np.moveaxis(run.states[both], -1, 0), pulls
+    at, states = turning_points(members.take(rows), run.states[rows, first], sides, kind, tolerance=1e-14)
     assert ((begin <= at) & (at <= end)).all()
     assert np.abs(states[:, 1]).max() < 1e-10
     again = integrate(members.take(rows), run.states[rows, first], at[:, None], start=begin).states[:, 0]

@@ -52,12 +52,12 @@ class Candidates(NamedTuple):
 
     frequency: Array
     peak: Array
+    periodic: Array
+    edge: Array
     stroke: Array
     power: Array
     supplied: Array
     apparent: Array
-    periodic: Array
-    edge: Array
 
     def value(self, largest: str, damping_ratio: float) -> Array:
         """The quantity to maximise; NaN for a motion that is not periodic."""
@@ -214,6 +214,8 @@ def drive(
 
 
 _QUANTITY = {"stroke": "length", "work": "energy", "speed": "velocity", "power": "power"}
+_YIELDS = ("stroke", "damper_power", "power", "apparent_power")
+"""Variables of an envelope in the order of the yields of `Candidates`."""
 _SHARE = dataset.absent("share", nan="the motion ends, is no longer periodic or is another one")
 
 
@@ -231,43 +233,28 @@ def _searches(
     return wide, near, window(frequencies=closest, peaks=around["peaks"], progress=weighted(progress, 0.1))
 
 
-def candidates(found: xr.Dataset) -> Candidates:
-    """All drives inside the window of an envelope: those at its edge, and those examined below."""
-    peaks, edges = found["peak_voltage"].values, found["recommended_peak"].values
-    frequency = found["drive_frequency"].values
-    inside = peaks[None, :] <= edges[:, None]
-    of_plane = {
-        "stroke": found["driven_stroke"].values,
-        "power": found["driven_damper_power"].values,
-        "supplied": found["driven_power"].values,
-        "apparent": found["driven_apparent_power"].values,
-        "periodic": (found["regime"].values == Regime.PERIODIC) & (found["outcome"].values == 0),
-        "frequency": np.broadcast_to(frequency[:, None], inside.shape),
-        "peak": np.broadcast_to(peaks, inside.shape),
-        "edge": np.zeros(inside.shape),
-    }
-    of_edge = {
-        "stroke": found["window_stroke"].values,
-        "power": found["window_damper_power"].values,
-        "supplied": found["window_power"].values,
-        "apparent": found["window_apparent_power"].values,
-        "periodic": found["window_regime"].values == Regime.PERIODIC,
-        "frequency": frequency,
-        "peak": edges,
-        "edge": np.ones(len(edges)),
-    }
+def candidates(*envelopes: xr.Dataset) -> Candidates:
+    """All drives inside the windows of envelopes."""
+    return Candidates(*(np.concatenate(parts) for parts in zip(*map(_inside, envelopes), strict=True)))
+
+
+def _inside(found: xr.Dataset) -> Candidates:
+    """The drives inside one window: those at its edge, and those examined below."""
+    peaks, edges, frequency = (found[n].values for n in ("peak_voltage", "recommended_peak", "drive_frequency"))
+    below = np.nonzero(peaks <= edges[:, None])
+    periodic = (found["regime"].values == Regime.PERIODIC) & (found["outcome"].values == 0)
     return Candidates(
-        *(
-            np.concatenate([np.asarray(of_edge[n], float), of_plane[n][inside].astype(float)])
-            for n in Candidates._fields
-        )
+        np.concatenate([frequency, frequency[below[0]]]),
+        np.concatenate([edges, peaks[below[1]]]),
+        1.0 * np.concatenate([found["window_regime"].values == Regime.PERIODIC, periodic[below]]),
+        np.repeat([1.0, 0.0], [edges.size, below[0].size]),
+        *(np.concatenate([found[f"window_{n}"].values, found[f"driven_{n}"].values[below]]) for n in _YIELDS),
     )
 
 
 def _best(largest: str, damping_ratio: float, margin: float, *envelopes: xr.Dataset) -> Candidates:
     """The drive with the largest value among those that keep half of the margin at slightly different frequencies."""
-    parts = zip(*(candidates(one) for one in envelopes), strict=True)
-    found = Candidates(*(np.concatenate(part) for part in parts))
+    found = candidates(*envelopes)
     safe = found.peak <= (1.0 - margin / 2.0) * _detuned(found.frequency, *envelopes)
     values = np.where(safe, found.value(largest, damping_ratio), np.nan)
     if not (values > 0.0).any():
@@ -333,16 +320,8 @@ def _closest(plane: Plane, largest: str, damping_ratio: float, omega: float, *en
     with np.errstate(divide="ignore"):
         peaks = 1.0 / np.interp(tried, known, 1.0 / edge)
     found = plane.examine(tried, peaks)
-    motions = Candidates(
-        tried,
-        peaks,
-        found["stroke"],
-        found["damper_power"],
-        found["power"],
-        found["apparent_power"],
-        found["regime"] == Regime.PERIODIC,
-        np.ones(CLOSEST),
-    )
+    periodic = found["regime"] == Regime.PERIODIC
+    motions = Candidates(tried, peaks, periodic, np.ones(CLOSEST), *(found[name] for name in _YIELDS))
     values = motions.value(largest, damping_ratio)
     best = np.exp(_vertex(np.log(tried), values)) if (values > 0.0).any() else omega
     return np.unique(np.clip(best * (1.0 + DETUNED * np.array([-1.0, 0.0, 1.0])), known[0], known[-1]))
@@ -387,14 +366,9 @@ def _kick(plane: Plane, best: Candidates) -> float:
 
 def _edge(largest: str, damping_ratio: float, *envelopes: xr.Dataset) -> tuple[Array, Array, Array]:
     """Frequency, peak voltage and value along the edge of the window."""
-    rows = []
-    for one in envelopes:
-        found = candidates(one)
-        value = found.value(largest, damping_ratio)
-        rows += [
-            (f, p, v) for f, p, v, edge in zip(found.frequency, found.peak, value, found.edge, strict=True) if edge
-        ]
-    table = np.array(sorted({row[0]: row for row in rows}.values()))
+    found = candidates(*envelopes)
+    rows = np.stack([found.frequency, found.peak, found.value(largest, damping_ratio)], axis=1)[found.edge > 0.0]
+    table = np.array(sorted({row[0]: row for row in rows.tolist()}.values()))
     return table[:, 0], table[:, 1], table[:, 2]
 
 

@@ -176,7 +176,7 @@ def _with_validity(
     follow = rest_at_command(members.system, members.numbers())
     slope, nowhere = result["slope"], np.isnan(place).reshape(flat)
 
-    def add(name: str, values: Array | float, attrs: dict[str, Any], missing: Any = np.nan) -> None:
+    def add(name: str, values: Any, attrs: dict[str, Any], missing: Any = np.nan) -> None:
         known = np.where(nowhere, missing, values).reshape(slope.shape)
         result[name] = (slope.dims, known, attrs)
 

@@ -8,6 +8,7 @@ Petersen, J. Chem. Phys. 91 (1989) 461).
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -72,34 +73,24 @@ def average(
     """
     if budget is None:
         budget = BUDGET if precision is None else PRECISE_BUDGET
-    goal = _Goal(budget, np.inf if precision is None else precision)
+    goal = np.inf if precision is None else precision
     result = Exponents.blank(len(states), states=states.shape[1])
     runs = np.asarray(np.isfinite(states).all(axis=1))
     for group, clock in clocks(members, stretch):
         rows = group[runs[group]]
         if rows.size:
-            own = clock.take(runs[group])
-            _average_group(members.take(rows), states[rows], own, rows, goal, result, flow_options)
+            own = members.take(rows), states[rows], clock.take(runs[group])
+            for ended, found in _averages(*own, budget, goal, flow_options):
+                result.put(rows[ended], found)
     return result
 
 
-@dataclass(frozen=True)
-class _Goal:
-    """The end of an average: after the time ``budget`` at the latest, or when the error is down to ``precision``."""
-
-    budget: float
-    precision: float
-
-
-def _average_group(
-    members: Members,
-    states: Array,
-    clock: Clock,
-    rows: npt.NDArray[np.intp],
-    goal: _Goal,
-    result: Exponents,
-    flow_options: dict[str, Any],
-) -> None:
+def _averages(
+    members: Members, states: Array, clock: Clock, budget: float, precision: float, flow_options: dict[str, Any]
+) -> Iterator[tuple[npt.NDArray[np.intp], Exponents]]:
+    """Yields the indices and exponents of members whose average has ended: after the time ``budget`` at the latest, or
+    when the error is down to ``precision``."""
+    rows = np.arange(len(states))
     run, growth = TangentRun.at(states), np.empty((len(states), 0, states.shape[1] + 1))
     # During the first block the frame aligns with the directions of growth; the average begins after it.
     advance(members, run, clock, clock.block, **flow_options)
@@ -113,16 +104,11 @@ def _average_group(
         time = growth.shape[1] * clock.spacing
         floor = np.where(members.damped, FLOOR, shear_level(time))
         certain = np.abs(means[:, 0]) > np.maximum(CERTAIN * errors[:, 0], floor)
-        enough = certain & steady & grown & (errors[:, 0] <= goal.precision)
-        finished = enough | (run.outcome != Outcome.OK) | (2.0 * time > goal.budget)
-        ended = rows[finished]
-        result.values[ended], result.standard_error[ended] = means[finished, :-1], errors[finished, :-1]
-        result.divergence[ended] = means[finished, -1]
-        result.time[ended] = time[finished]
-        result.sign[ended] = np.where(certain, np.sign(means[:, 0]), 0)[finished]
-        result.outcome[ended] = run.outcome[finished]
-        result.running[ended] = running_estimate(growth[finished], clock.take(finished))
-        result.states[ended] = run.states[finished]
+        enough = certain & steady & grown & (errors[:, 0] <= precision)
+        finished = enough | (run.outcome != Outcome.OK) | (2.0 * time > budget)
+        sign, running = np.where(certain, np.sign(means[:, 0]), 0), running_estimate(growth, clock)
+        found = Exponents(means[:, :-1], errors[:, :-1], time, means[:, -1], sign, run.outcome, running, run.states)
+        yield rows[finished], found.take(finished)
         if finished.all():
             return
         left = np.flatnonzero(~finished)

@@ -71,8 +71,5 @@ def _both_sides(
 
 def _reached(members: Members, times: Array, states: Array, rows: Index, first: Index, flow: dict[str, Any]) -> Array:
     """The displacement (points,) at the turning points, integrated from the samples before."""
-    t, x, u, a = _both_sides(members, times, states, rows, first)
-    begin, end = t.T
-    guess = begin + (end - begin) * turning_share(end - begin, x, u, a)
-    kind, starts = np.sign(u[:, 0]), states[rows, first]
-    return turning_points(members.take(rows), starts, begin, end, guess, kind, **flow)[1][:, 0]
+    sides, starts = _both_sides(members, times, states, rows, first), states[rows, first]
+    return turning_points(members.take(rows), starts, sides, np.sign(starts[:, 1]), **flow)[1][:, 0]

@@ -14,7 +14,7 @@ from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.settle import STILL, Piece, blocks, check_forcing_periods, pieces, samples_per_repeat, settle
 from gelcone.motion.start import start_states
 from gelcone.motion.static_results import padded
-from gelcone.motion.turning import acceleration_at, turning_points, turning_share
+from gelcone.motion.turning import acceleration_at, turning_points
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress, split_progress
@@ -126,9 +126,8 @@ def _turning_points(members: Members, piece: Piece, flow: dict[str, Any]) -> tup
     if not which.size:
         return which, np.empty((0, 4))
     both = which[:, None], sample[:, None] + np.arange(2)
-    begin, end = piece.times[both].T
-    guess = begin + (end - begin) * turning_share(end - begin, x[both], u[both], a[both])
+    sides = [values[both] for values in (piece.times, x, u, a)]
     kind = np.where(rising[which, sample], 1.0, -1.0)
     turning = members.take(which)
-    times, states = turning_points(turning, piece.states[which, sample], begin, end, guess, kind, **flow)
+    times, states = turning_points(turning, piece.states[which, sample], sides, kind, **flow)
     return which, np.column_stack([times / turning.forcing_period, states, kind])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -203,16 +203,17 @@ class Plane:
     def _examine(self, model: ConeModel, start: Array, yields: bool, transient: bool = False) -> dict[str, Array]:
         """`examine` from ``start``; with ``transient``, limits that the transient from there meets count, too."""
         members = model.members()
-        final, regime, outcome, drifts = self._settle(members, start, classified=yields)
+        final, regime, outcome, found = self._settle(members, start, classified=yields)
         ran, pulled_in = outcome == Outcome.OK, outcome == Outcome.PULLED_IN
         left = ~ran & ~pulled_in
         after = np.where(ran[:, None], final, start)
         observed = self._observe(members, after, 0.0, yields)
         fails = {name: observed[name] for name in _FAILINGS}
         if transient:
-            early = self._observe(members, start, self._transient(members, drifts), yields=False)
+            lasts = self._transient(members, found.cycles.attracting)
+            early = self._observe(members, start, lasts, yields=False)
             fails = {name: np.maximum(values, early[name]) for name, values in fails.items()}
-            for rows, course in drifts.courses:
+            for rows, course in found.courses:
                 which, at = np.nonzero(np.isfinite(course[..., 0]))
                 passed = self._observe(members.take(rows[which]), course[which, at], 0.0, yields=False)
                 for name, values in fails.items():
@@ -240,18 +241,19 @@ class Plane:
         return found
 
     @staticmethod
-    def _transient(members: Members, drifts: _Drifts) -> Array:
-        """Time for which the transient from rest is examined sample by sample, (members,)."""
+    def _transient(members: Members, known: npt.NDArray[np.bool_]) -> Array:
+        """Time for which the transient from rest is examined sample by sample, (members,); ``known`` is the mask of the
+        drifts that are known to their end."""
         with np.errstate(divide="ignore"):
             of_disc = np.minimum(DECAYS / members.damping_ratio, LONGEST_TRANSIENT)
         of_states = DECAYS * members.time_constant
         of_states = np.where(are_slow(members), np.minimum(of_states, LONGEST_TRANSIENT), of_states)
-        return np.where(drifts.known, of_disc, np.maximum(of_disc, of_states))
+        return np.where(known, of_disc, np.maximum(of_disc, of_states))
 
     def _settle(
         self, members: Members, start: Array, classified: bool
-    ) -> tuple[Array, npt.NDArray[np.int8], npt.NDArray[np.int8], _Drifts]:
-        """Settled states (members, N) of motions from ``start``, their regimes, outcomes and drifts.
+    ) -> tuple[Array, npt.NDArray[np.int8], npt.NDArray[np.int8], Search]:
+        """Settled states (members, N) of motions from ``start``, their regimes and outcomes, and the search.
 
         Unless motions are to be ``classified``, one that returns without separating from a nearby one counts as
         periodic.
@@ -275,7 +277,7 @@ class Plane:
                 begin, options = (final, {"transient": float(wait), "patience": PATIENCE}) if wait else (start, {})
                 evidence = classify(members.take(rows), begin[rows], **options, **flow)
                 final[rows], regime[rows], outcome[rows] = evidence.final, evidence.regime, evidence.outcome
-        return final, regime, outcome, _Drifts(there, found.courses)
+        return final, regime, outcome, found
 
     def _observe(self, members: Members, states: Array, lasts: Array | float, yields: bool) -> dict[str, Array]:
         """Flags (members,) by name of the assumptions that motions from ``states`` break within `PERIODS` drive periods
@@ -309,14 +311,6 @@ class Plane:
         if film.kinds:  # wrinkles bound the use of a film, too
             found |= {name: run.film_times[:, 0, places].sum(axis=1) for name, places in slack_places(film).items()}
         return found
-
-
-class _Drifts(NamedTuple):
-    """Drifts of slow states: the mask ``known`` (members,) of those known to their end, and their ``courses``, see
-    `Search`."""
-
-    known: npt.NDArray[np.bool_]
-    courses: list[tuple[Rows, Array]]
 
 
 def _ever(excess: Array) -> Array:

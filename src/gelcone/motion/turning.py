@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -52,16 +53,18 @@ def turning_share(gap: Array, x: Array, u: Array, a: Array) -> Array:
 
 
 def turning_points(
-    turning: Members, starts: Array, begin: Array, end: Array, guess: Array, kind: Array, **flow: Any
+    turning: Members, starts: Array, sides: Sequence[Array], kind: Array, **flow: Any
 ) -> tuple[Array, Array]:
     """Times (points,) at which the velocity vanishes, and displacement and velocity (points, 2), by Newton's method.
 
-    ``starts`` are the states at ``begin``, ``kind`` the sign of the velocity before the turning point. The last step,
-    once it is small, is taken by the Taylor expansion of the flow. The bracket is halved where Newton's step leaves it,
-    as near the stretch limit, where the film reverses the motion like a wall.
+    ``sides`` are time, displacement, velocity and acceleration at the samples around each turning point, (points, 2),
+    ``starts`` the states at the first of them, ``kind`` the sign of the velocity before the turning point. The last
+    step, once it is small, is taken by the Taylor expansion of the flow. The bracket is halved where Newton's step
+    leaves it, as near the stretch limit, where the film reverses the motion like a wall.
     """
-    low, high, times, states = begin.copy(), end.copy(), guess.copy(), np.empty((guess.size, 2))
-    left = np.arange(guess.size)
+    begin, end = sides[0].T
+    times = begin + (end - begin) * turning_share(end - begin, *sides[1:])
+    low, high, states, left = begin.copy(), end.copy(), np.empty((times.size, 2)), np.arange(times.size)
     for _ in range(MOST_POLISHINGS):
         part, at = turning.take(left), times[left]
         reached = integrate(part, starts[left], at[:, None], start=begin[left], **flow).states

@@ -9,7 +9,7 @@ the membrane has pulled in counts, too.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -139,31 +139,10 @@ def untrue_by(name: str) -> str:
     return ASSUMPTIONS[name] + (" under compression" if name in SLACK_IN else "")
 
 
-class Lasting(NamedTuple):
-    """``times`` (members, intervals) for which each assumption fails in either film, by name; ``spans``, the time for
-    which the motion ran in each interval; and the largest ``error`` (members,) of the sums of the times."""
-
-    times: dict[str, Array]
-    spans: Array
-    error: Array
-
-    def shares(self) -> dict[str, Array]:
-        """Share (members,) of the time for which each of `SHARES` fails, NaN where it is unknown."""
-        whole = self.spans.sum(axis=1)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            found = {name: times.sum(axis=1) / whole for name, times in self.times.items()}
-        return {name: found.get(name, np.full(len(whole), np.nan)) for name in SHARES}
-
-    @property
-    def share_error(self) -> Array:
-        """The error of the shares, NaN where nothing ran."""
-        with np.errstate(invalid="ignore", divide="ignore"):
-            return np.asarray(self.error / self.spans.sum(axis=1))
-
-
-def lasting(members: Members, times: Array, states: Array) -> Lasting:
-    """Times for which the model is untrue (`outside`) along motions sampled at ``times`` (members, samples) from their
-    start to their end."""
+def lasting(members: Members, times: Array, states: Array) -> tuple[dict[str, Array], Array, Array]:
+    """Times (members, intervals) for which each assumption fails in either film (`outside`), by name, along motions
+    sampled at ``times`` (members, samples) from their start to their end; the time for which the motion ran in each
+    interval; and the largest error (members,) of the sums of the times."""
 
     def excess(some: Members, at: Array, z: Array) -> dict[str, Array]:
         """`violations`, of two films the larger."""
@@ -182,7 +161,16 @@ def lasting(members: Members, times: Array, states: Array) -> Lasting:
         return np.stack([found.get(name, np.full(at.shape, -np.inf)) for name in known])
 
     lasted, error = dwell_times(Path(members, times, states), functions, np.stack([*known.values()]))
-    return Lasting(dict(zip(known, np.where(spans > 0.0, lasted, 0.0), strict=True)), spans, error.max(axis=0))
+    return dict(zip(known, np.where(spans > 0.0, lasted, 0.0), strict=True)), spans, error.max(axis=0)
+
+
+def shares_of(lasted: Mapping[str, Array], spans: Array, error: Array) -> tuple[list[Array], Array]:
+    """Shares (members,) of the time for which `SHARES` fail, NaN where one is unknown, and their error, NaN where
+    nothing ran; from those of `lasting`."""
+    whole, unknown_share = spans.sum(axis=1), np.full(len(spans), np.nan)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        found = {name: times.sum(axis=1) / whole for name, times in lasted.items()}
+        return [found.get(name, unknown_share) for name in SHARES], np.asarray(error / whole)
 
 
 def validity(
@@ -195,18 +183,19 @@ def validity(
     The error is that of the times at which assumptions begin and cease to hold. Unless the motion is
     ``whole``, as a turn of a cycle is, it is at least the standard error of the shares of `BLOCKS` parts.
     """
-    found, films = lasting(members, times, states), members.system.films
-    error, ran = found.share_error, found.spans.sum(axis=1) > 0.0
+    lasted, spans, error = lasting(members, times, states)
+    shares, error = shares_of(lasted, spans, error)
+    ran = spans.sum(axis=1) > 0.0
     if not whole:
-        error = np.maximum(error, _spread_of_parts(members, times, states, found))
+        error = np.maximum(error, _spread_of_parts(members, times, states, list(lasted.values()), spans))
     kinds = np.full((len(times), 2, MOST_KINDS), np.nan)
-    for place, film in enumerate(films):
+    for place, film in enumerate(members.system.films):
         if film_times is None:
             break
         with np.errstate(invalid="ignore", divide="ignore"):
             spent = film_times[:, place] / film_times[:, place].sum(axis=1, keepdims=True)
         kinds[:, place, : len(film.kinds)] = np.where(ran[:, None], spent[:, : len(film.kinds)], np.nan)
-    return np.hstack([np.stack([*found.shares().values(), error], axis=1), kinds.reshape(len(times), -1)])
+    return np.hstack([np.stack([*shares, error], axis=1), kinds.reshape(len(times), -1)])
 
 
 def validity_of_run(members: Members, run: Trajectories, samples: npt.NDArray[np.intp] | slice = slice(None)) -> Array:
@@ -214,18 +203,17 @@ def validity_of_run(members: Members, run: Trajectories, samples: npt.NDArray[np
     return validity(members, *to_the_end(run, samples), whole=True, film_times=run.film_times)
 
 
-def _spread_of_parts(members: Members, times: Array, states: Array, found: Lasting) -> Array:
+def _spread_of_parts(members: Members, times: Array, states: Array, lasted: list[Array], spans: Array) -> Array:
     """The largest standard error of the shares, (members,), by those of `BLOCKS` parts of the motion."""
-    length = found.spans.shape[1] // BLOCKS
-    lasted = list(found.times.values())
+    length = spans.shape[1] // BLOCKS
     if any(film.kinds for film in members.system.films):
         with np.errstate(all="ignore"):
             known = members.film_states(states, members.voltages(times, states))
         for film, state in zip(members.system.films, known, strict=True):
-            lasted += [np.where(state.kind[:, 1:] == k, found.spans, 0.0) for k in range(len(film.kinds))]
+            lasted += [np.where(state.kind[:, 1:] == k, spans, 0.0) for k in range(len(film.kinds))]
     error = np.zeros(len(times))
     for own in lasted if length else ():
-        parts, of = (a[:, : length * BLOCKS].reshape(len(a), BLOCKS, length).sum(axis=2) for a in (own, found.spans))
+        parts, of = (a[:, : length * BLOCKS].reshape(len(a), BLOCKS, length).sum(axis=2) for a in (own, spans))
         part = np.divide(parts, of, out=np.zeros_like(of), where=of > 0.0)
         error = np.maximum(error, part.std(axis=1, ddof=1) / np.sqrt(BLOCKS))
     return error
