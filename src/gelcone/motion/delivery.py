@@ -147,9 +147,9 @@ AT_END = 1e-9
 """Share of a span within which a corner lies at its end."""
 
 
-def switched(members: Members, states: Array, times: Array, **flow: Any) -> tuple[Array, Array]:
-    """Work of sources whose voltage jumps, and the energy lost of it, until ``times`` (members, samples) of motions
-    from ``states`` (members, N) at time 0.
+def switched(members: Members, states: Array, times: Array, **flow: Any) -> Array:
+    """Work of sources whose voltage jumps, and the energy lost of it, (2, members, samples), until ``times`` (members,
+    samples) of motions from ``states`` (members, N) at time 0.
 
     The charge follows at once. v (Q+ - Q-) less the energy that film and field store is lost without a resistance:
     C (v+ - v-)^2/2 for a capacitance that does not depend on the voltage. Both are 0 behind a resistance or a filter.
@@ -158,10 +158,10 @@ def switched(members: Members, states: Array, times: Array, **flow: Any) -> tupl
     found = np.zeros((2, *times.shape))
     lines = jumping(system)
     if not lines:
-        return found[0], found[1]
+        return found
     corners, before, after, jumps = jumps_between(members, np.zeros(members.size), times[:, -1])
     if not jumps.any():
-        return found[0], found[1]
+        return found
     wide, every = members.numbers(trailing=1), increasing(corners, times[:, -1])
     z = list(np.moveaxis(integrate(members, states, every, **flow).states, -1, 0))
     work, lost = np.zeros(corners.shape), np.zeros(corners.shape)
@@ -175,16 +175,15 @@ def switched(members: Members, states: Array, times: Array, **flow: Any) -> tupl
                 for v, charge in zip(pair, charges, strict=True)
             ]
             own = pair[1] * (charges[1] - charges[0])
-            share = (
-                1.0 - wide["dielectric_share"] if line.circuit.delays else 1.0
-            )  # the rest of the charge follows late
+            # the rest of the charge follows late
+            share = 1.0 - wide["dielectric_share"] if line.circuit.delays else 1.0
             work, lost = work + share * own, lost + share * (own - (stored[1] - stored[0]))
     sums = [np.cumsum(np.where(jumps, one, 0.0), axis=1) for one in (work, lost)]
     for row, passed in enumerate(corners):
         count = np.searchsorted(passed, times[row], side="right")
         for k, one in enumerate(sums):
-            found[k][row] = np.append(0.0, one[row])[count]
-    return found[0], found[1]
+            found[k, row] = np.append(0.0, one[row])[count]
+    return found
 
 
 def lost_in_jumps(members: Members, begin: Array, spans: Array, **flow: Any) -> Array:

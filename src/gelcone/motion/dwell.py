@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, reduce
 from typing import Any
 
 import numpy as np
@@ -92,7 +92,7 @@ def dwell_times(path: Path, functions: Values, values: Array) -> tuple[Array, Ar
         """The shares of intervals at which the functions pass zero between shares ``low`` and ``high``."""
         function, rows, interval = place
         sign = np.where(upwards, 1.0, -1.0)
-        share = np.asarray(rise(lambda s: sign * _horner(terms, s), low, high))
+        share = np.asarray(rise(lambda s: sign * reduce(lambda value, term: value * s + term, terms.T), low, high))
         exact, rough = (at(place, share, cubic=c) for c in (False, True))
         steep = np.abs(values[function, rows, interval + 1] - values[place])
         with np.errstate(all="ignore"):
@@ -107,13 +107,6 @@ def dwell_times(path: Path, functions: Values, values: Array) -> tuple[Array, Ar
         found[place] = np.where(upwards, 1.0 - share, share) * spans[place[1:]]
     _add_passings(values, spans, found, polynomial, cross)
     return found, error
-
-
-def _horner(terms: Array, share: Array) -> Array:
-    value = terms[:, 0]
-    for k in range(1, terms.shape[1]):
-        value = value * share + terms[:, k]
-    return np.asarray(value)
 
 
 def _add_passings(values: Array, spans: Array, found: Array, polynomial: Any, cross: Any) -> None:

@@ -184,7 +184,6 @@ def window_of(
     which kicks lead unless motions are ``kicked``."""
     model = plane.model
     own_error = float(model.own_numbers["film_error"]) if isinstance(model.film, MembraneFilm) else None
-    given = None if peaks is None else _axis("peaks", peaks)
     refine = frequencies is None
     omegas = plane.default_frequencies() if frequencies is None else _axis("frequencies", frequencies)
     default = peaks_of(plane, static_limits)
@@ -197,13 +196,15 @@ def window_of(
         default = peaks_of(plane, static_limits) if np.isfinite(static_limits).any() else default  # none above the held
         levels = {"held_voltage": (("held_voltage",), held.levels, "constant voltage that is held", "voltage")}
         progress = weighted(progress, 1.0 - HELD_SHARE)
-    volts = default if given is None else given
+    volts = default if peaks is None else _axis("peaks", peaks)
     static = static_curves(plane, max(float(volts[-1]), float(default[-1])))
     lowest_static = np.nanmin(static_limits, initial=np.inf)
     part = weighted(progress, 1.0 - COEXISTING_SHARE) if kicked else progress
     found = driven(plane, omegas, volts, refine=refine, progress=part, ceiling=lowest_static, pull_in=static_limits[-1])
     low = np.where(np.isnan(found["low"]), np.inf, found["low"])
+    first = np.where(np.isfinite(low.min(axis=1)), low.argmin(axis=1), -1)
     recommended = recommended_peaks(found["low"], lowest_static, volts, margin)
+    constant = (1.0 - margin) * np.minimum(lowest_static, default[-1])
     edge = plane.examine(found["frequency"], recommended)
     window = {name: np.where(recommended > 0.0, edge[name], np.nan) for name in _WINDOW}
     others: dict[str, dataset.Variable] = {}
@@ -224,19 +225,9 @@ def window_of(
             "static_limit_voltage": (("static_limit",), static_limits, "voltage of the quasi-static limit", _VOLTAGE),
             "limit_low": (of_limit, found["low"].T, "lower end of the interval of the limit's voltage", _VOLTAGE),
             "limit_high": (of_limit, found["high"].T, "upper end of the interval of the limit's voltage", _VOLTAGE),
-            "first_limit": (
-                of_frequency,
-                np.where(np.isfinite(low.min(axis=1)), low.argmin(axis=1), -1),
-                "index of the limit that comes first, -1 if none",
-                "code",
-            ),
+            "first_limit": (of_frequency, first, "index of the limit that comes first, -1 if none", "code"),
             "recommended_peak": (of_frequency, recommended, "recommended highest peak voltage", "voltage"),
-            "recommended_constant": (
-                (),
-                (1.0 - margin) * np.minimum(lowest_static, default[-1]),
-                "recommended highest constant voltage",
-                "voltage",
-            ),
+            "recommended_constant": ((), constant, "recommended highest constant voltage", "voltage"),
             "rest_displacement": ((), np.array(plane.rest), "rest without voltage", "length"),
         },
         coords=levels
@@ -361,6 +352,12 @@ def _of(model: ConeModel, meanings: Mapping[str, tuple[str, dataset.Of]]) -> lis
     return [name for name, (_, of) in meanings.items() if of != "heating" or heats(model.system)]
 
 
+_KICK = dataset.absent("velocity")
+_KICKS = {
+    "kick_low": ("lower end of the interval of the smallest kick that leads away from the window's motion", _KICK),
+    "kick_high": ("upper end of the interval of the smallest kick that leads away from the window's motion", _KICK),
+    "kick_tried": ("largest kick that was tried", _KICK),
+}
 _MOTIONS: dict[str, tuple[str, dataset.Of]] = {
     "stroke": ("stroke of a coexisting motion, peak to peak", "length"),
     "lowest": ("lowest displacement of a coexisting motion", "length"),
@@ -368,8 +365,8 @@ _MOTIONS: dict[str, tuple[str, dataset.Of]] = {
     "period": ("period of a coexisting motion in forcing periods, 0 if none", "count"),
     "regime": ("kind of a coexisting motion", Regime),
     "outcome": ("how the run of a coexisting motion ended", Outcome),
-    "kick_low": ("lower end of the interval of the smallest kick to a coexisting motion", dataset.absent("velocity")),
-    "kick_high": ("upper end of the interval of the smallest kick to a coexisting motion", dataset.absent("velocity")),
+    "kick_low": ("lower end of the interval of the smallest kick to a coexisting motion", _KICK),
+    "kick_high": ("upper end of the interval of the smallest kick to a coexisting motion", _KICK),
 }
 
 
@@ -382,40 +379,22 @@ def _coexisting(
     members = plane.at(omegas[there], peaks[there]).members() if there.size else plane.model.members().take(there)
     start = members.start_states((plane.rest + NUDGE, 0.0))
     found = coexisting(members, start, threads=plane.threads, progress=progress)
+    of_ok = np.zeros(1, dtype=np.int8)
+    shares = validity_variables(found["validity"], of_ok, members.system, of_motion, "coexisting motion")
+    variables: dict[str, dataset.Variable] = {
+        "coexisting_motions": (of_frequency, found["motions"], "motions other than the window's", "count")
+    }
+    variables |= {name: (of_frequency, found[name], *about) for name, about in _KICKS.items()}
+    for name, about in _MOTIONS.items():
+        variables[f"motion_{name}"] = (of_motion, found[f"motion_{name}" if "kick" in name else name], *about)
+    variables |= {f"motion_{name}": variable for name, variable in shares.items()}
 
     def all_frequencies(values: Array) -> Array:
         spread = np.full((len(omegas), *values.shape[1:]), np.nan)
         spread[there] = values
         return spread
 
-    kicks = {
-        "kick_low": "lower end of the interval of the smallest kick that leads away from the window's motion",
-        "kick_high": "upper end of the interval of the smallest kick that leads away from the window's motion",
-        "kick_tried": "largest kick that was tried",
-    }
-    of_ok = np.zeros(1, dtype=np.int8)
-    shares = validity_variables(found["validity"], of_ok, members.system, of_motion, "coexisting motion")
-    variables: dict[str, dataset.Variable] = {}
-    variables |= (
-        {
-            "coexisting_motions": (
-                of_frequency,
-                all_frequencies(found["motions"]),
-                "motions other than the window's",
-                "count",
-            )
-        }
-        | {
-            name: (of_frequency, all_frequencies(found[name]), meaning, dataset.absent("velocity"))
-            for name, meaning in kicks.items()
-        }
-        | {
-            f"motion_{name}": (of_motion, all_frequencies(found[f"motion_{name}" if "kick" in name else name]), *about)
-            for name, about in _MOTIONS.items()
-        }
-        | {f"motion_{name}": (of_motion, all_frequencies(v[1]), v[2], v[3]) for name, v in shares.items()}
-    )
-    return variables
+    return {n: (dims, all_frequencies(values), words, of) for n, (dims, values, words, of) in variables.items()}
 
 
 def _axis(name: str, values: npt.ArrayLike) -> Array:

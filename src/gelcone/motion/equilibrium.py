@@ -160,10 +160,8 @@ def _begins(balances: list[StaticBalance]) -> dict[str, dataset.Variable]:
     pairs = [balance for balance in balances if isinstance(balance, PairBalance)]
     if not pairs or not pairs[0].system.in_opposite_phase:
         return {}
-    return {"ramp_begin_voltage": ((), np.array([pair.bias for pair in pairs]), _BEGINS, "voltage")}
-
-
-_BEGINS = "voltage of both films from which a slow ramp of the first begins"
+    meaning = "voltage of both films from which a slow ramp of the first begins"
+    return {"ramp_begin_voltage": ((), np.array([pair.bias for pair in pairs]), meaning, "voltage")}
 
 
 def _with_validity(

@@ -8,7 +8,9 @@ the membrane has pulled in counts, too.
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Mapping, Sequence
+from functools import reduce
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -264,10 +266,5 @@ def validity_variables(
 def invalid(result: xr.Dataset) -> xr.DataArray | None:
     """Mask of the members of a result in which any assumption fails at some time; None without validity."""
     names = [f"validity_{name}" for name in ASSUMPTIONS]
-    known = [result[name] for name in names if name in result]
-    if not known:
-        return None
-    fails = known[0] > 0.0
-    for share in known[1:]:
-        fails = fails | (share > 0.0)
-    return fails
+    fails = [result[name] > 0.0 for name in names if name in result]
+    return reduce(operator.or_, fails) if fails else None

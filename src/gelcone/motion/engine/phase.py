@@ -199,7 +199,5 @@ class PhaseProgram:
         return Rerun(self._program, start, end, MOST_STEPS, turns * pieces + 1, pieces)
 
 
-@lru_cache(maxsize=MOST_PROGRAMS)
-def phase_program(system: ConeSystem, moved: tuple[tuple[str, ...], ...], tolerance: float) -> PhaseProgram:
-    """The program of a system and its free parameters, from the memory if it was compiled before."""
-    return PhaseProgram(system, moved, tolerance)
+phase_program = lru_cache(maxsize=MOST_PROGRAMS)(PhaseProgram)
+"""The program of a system and its free parameters, from the memory if it was compiled before."""
