@@ -285,6 +285,15 @@ def test_the_largest_kick_carries_the_disc_from_rest_to_nine_tenths_of_its_reach
     np.testing.assert_allclose(module._largest_kicks(members), np.sqrt(2.0 * gained), rtol=1e-12)
 
 
+def test_kicks_of_a_double_cone_stay_within_the_reach_of_both_films():
+    """The second film ends before the first, and beyond it there is no energy."""
+    members = gelcone.find_device("double-cone").replace(film="taut").to_model().members()
+    first, second = (film.reach(members.numbers_at(0))[1] for film in members.system.films)
+    assert module._farthest(members, 0) == pytest.approx(0.9 * second)
+    assert second < 0.9 * first
+    assert np.isfinite(module._largest_kicks(members)).all()
+
+
 def test_a_kick_gives_what_the_energy_has_more_there_than_at_rest(monkeypatch):
     """A spring whose energy at the rim is not zero: from 10 to 12 is 2 more, and the velocity 2."""
     record(monkeypatch, module, _farthest=lambda members, k: [1.0, 2.0][k])

@@ -122,8 +122,8 @@ def _largest_kicks(members: Members) -> Array:
 
 def _farthest(members: Members, k: int) -> float:
     """`REACH` times the largest displacement of a member, at most `FARTHEST_KICKED`."""
-    highest = float(members.system.film.reach(members.numbers_at(k))[1])
-    return min(REACH * highest, FARTHEST_KICKED)
+    n = members.numbers_at(k)
+    return min(REACH * min(float(film.reach(n)[1]) for film in members.system.films), FARTHEST_KICKED)
 
 
 class _Kicks:
