@@ -355,8 +355,8 @@ def test_levels_that_are_held_end_at_the_highest_or_where_there_is_none_at_the_o
     assert asked == [(model, DEFAULT_TOLERANCE, 5)]
     np.testing.assert_allclose(films.asked["run"][0], [0.0, highest])
     np.testing.assert_allclose(found.levels, [0.0, highest])
-    assert found.runs.members == ("members", [0.0, highest])
-    assert found.at(np.array([0.25])).members == ("members", [0.25])
+    assert found.runs[0] == ("members", [0.0, highest])
+    assert found.at(np.array([0.25]))[0] == ("members", [0.25])
     np.testing.assert_array_equal(films.asked["run"][0], [0.25])
     np.testing.assert_array_equal([found.highest, found.variables["holding_voltage"][1]], [borne] * 2)
     assert (found.variables["long_term_pull_in_voltage"][1], found.variables["instantaneous_pull_in_voltage"][1]) == (

@@ -16,7 +16,7 @@ from gelcone.motion import driven as driven_module
 from gelcone.motion import plane as plane_module
 from gelcone.motion.attractor import search as search_module
 from gelcone.motion.attractor.classification import Evidence
-from gelcone.motion.creep import HeldRuns, Holding, _Ramp, thresholds
+from gelcone.motion.creep import Holding, _Ramp, thresholds
 from gelcone.motion.driven import driven
 from gelcone.motion.envelope import envelope
 from gelcone.motion.floquet import onset_voltage
@@ -645,7 +645,7 @@ def test_a_constant_voltage_above_those_of_the_drive_is_recommended(made_up, mon
 
 def test_what_is_held_ends_at_the_last_sample_for_the_duration():
     run = SimpleNamespace(states=numbers(3, 4, 2, at=2.0))
-    held = Holding(1.8, numbers(3), HeldRuns(None, run), None, {"holding_voltage": ((), 0.5, "", "voltage")})
+    held = Holding(1.8, numbers(3), (None, run), None, {"holding_voltage": ((), 0.5, "", "voltage")})
     found = envelope_module._held_variables(held, 30.0)
     np.testing.assert_array_equal(found["held_displacement"][1], numbers(3, 4, 2, at=2.0)[:, -1, 0])
     assert (found["holding_time"][1], found["holding_voltage"][1]) == (30.0, 0.5)

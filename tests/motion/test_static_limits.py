@@ -7,7 +7,7 @@ import pytest
 
 import gelcone
 from gelcone.motion import static_limits
-from gelcone.motion.creep import HeldRuns, Holding, holding
+from gelcone.motion.creep import Holding, holding
 from gelcone.motion.plane import Plane
 from gelcone.motion.static_limits import STATIC_LIMITS
 from gelcone.physics.model import ConeModel
@@ -239,7 +239,7 @@ def made_up_holding(highest, levels, model, displacement):
         x = displacement(levels)
         times = np.tile(np.linspace(0.0, 1.0, x.shape[1]), (len(levels), 1))
         run = SimpleNamespace(times=times, states=np.stack([x, 0.0 * x], axis=-1))
-        return HeldRuns(model.replace(voltage=0.0, voltage_bias=levels).members(), run)
+        return model.replace(voltage=0.0, voltage_bias=levels).members(), run
 
     return Holding(highest, levels, at(levels), at, {})
 

@@ -152,10 +152,9 @@ def drive(
     plane, zeta = plane_of(cone, threads), float(cone.damping_ratio)
     found = _searches(plane, largest, margin, _range(**ends), weighted(progress, 0.95))
     best = _best(largest, zeta, margin, *found)
-    shape = plane.shape
     peak, omega = float(best.peak), float(best.frequency)
-    drives = {"voltage": shape.amplitude * peak, "voltage_bias": shape.bias * peak, "drive_frequency": omega}
-    chosen = cone.replace(**drives)
+    drives = plane.shape.at(peak)
+    chosen = cone.replace(drive_frequency=omega, **drives)
     names, change = _sensitivities(chosen, device, threads)
     off = DETUNED * np.array([-1.0, 1.0])
     detuned = plane.examine(omega * (1.0 + off), np.full(2, peak))
@@ -183,12 +182,7 @@ def drive(
         "limit_voltage": ((), bound, "peak voltage of the lowest limit there", dataset.absent("voltage")),
         "frequency_low": ((), band[0], "lowest frequency at which this voltage is below all limits", "frequency"),
         "frequency_high": ((), band[1], "highest frequency at which this voltage is below all limits", "frequency"),
-        "kick": (
-            (),
-            _kick(plane, best),
-            "kick that leads to another motion",
-            dataset.absent("velocity", "unknown"),
-        ),
+        "kick": ((), _kick(plane, best), "kick that leads to another motion", dataset.absent("velocity", "unknown")),
         "window_peak": (("frequency",), curve[1], "highest recommended peak voltage", "voltage"),
         "window_value": (("frequency",), curve[2], f"{largest} there", _QUANTITY[largest]),
         "displacement": (("time",), motion["displacement"].values, "displacement", "length"),

@@ -232,21 +232,14 @@ def thresholds(model: ConeModel, bias_share: float) -> dict[str, dataset.Variabl
 
 class Holding(NamedTuple):
     """Constant commanded voltages that a film bears for a duration: the ``highest`` of them and the ``levels`` up to
-    it; their ``runs``, and `at` for those of other levels; and the ``variables`` of the same names as in
-    `creep`."""
+    it; the members there and their ``runs``, and `at` for those of other levels; and the ``variables`` of the same
+    names as in `creep`."""
 
     highest: float
     levels: Array
-    runs: HeldRuns
-    at: Callable[[Array], HeldRuns]
+    runs: tuple[Members, Trajectories]
+    at: Callable[[Array], tuple[Members, Trajectories]]
     variables: dict[str, dataset.Variable]
-
-
-class HeldRuns(NamedTuple):
-    """The ``members`` of held voltages and their ``run``."""
-
-    members: Members
-    run: Trajectories
 
 
 def check_holds(model: ConeModel, duration: float) -> None:
@@ -268,8 +261,8 @@ def holding(
     end = highest if np.isfinite(highest) else up_to
     levels = end * (1.0 - np.linspace(1.0, 0.0, count) ** 2)  # closer to the end
 
-    def at(levels: Array, progress: Progress = None) -> HeldRuns:
-        return HeldRuns(films.members(levels), films.run(levels, films.starts(levels), _times(lasts), progress)[0])
+    def at(levels: Array, progress: Progress = None) -> tuple[Members, Trajectories]:
+        return films.members(levels), films.run(levels, films.starts(levels), _times(lasts), progress)[0]
 
     variables = _both(films.relaxed, films.at_once, "") | {"holding_voltage": ((), highest, *_HIGHEST)}
     return Holding(highest, levels, at(levels, weighted(progress, 0.5)), at, variables)

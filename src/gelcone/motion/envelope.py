@@ -405,7 +405,7 @@ def _axis(name: str, values: npt.ArrayLike) -> Array:
 
 
 def _held_variables(held: Holding, duration: float) -> dict[str, dataset.Variable]:
-    at_end = held.runs.run.states[:, -1, 0]
+    at_end = held.runs[1].states[:, -1, 0]
     return held.variables | {
         "held_displacement": (("held_voltage",), at_end, "displacement after the holding time", "length"),
         "holding_time": ((), duration, "for how long a constant voltage is held", "time"),

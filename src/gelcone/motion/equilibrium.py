@@ -39,10 +39,7 @@ FAR = 100.0
 
 
 @analysis(
-    axes={
-        "voltages": CONSTANT_VOLTAGE,
-        "displacements": Axis("displacement", "displacement", least=1),
-    },
+    axes={"voltages": CONSTANT_VOLTAGE, "displacements": Axis("displacement", "displacement", least=1)},
     answers="statics",
     examples=(
         "--set spring_stiffness=1.5 --over constant_voltage=0,1,1.5 --out results",

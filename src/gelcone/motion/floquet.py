@@ -68,11 +68,7 @@ class Onset(Code):
 
 @for_devices
 def floquet_multipliers(
-    model: Ensemble,
-    *,
-    tolerance: float = DEFAULT_TOLERANCE,
-    threads: int | None = None,
-    progress: Progress = None,
+    model: Ensemble, *, tolerance: float = DEFAULT_TOLERANCE, threads: int | None = None, progress: Progress = None
 ) -> xr.Dataset:
     """Compute the Floquet multipliers of rest over one forcing period.
 
@@ -193,12 +189,7 @@ def onset_voltage(
     return dataset.label(
         model,
         {
-            "onset_voltage": (
-                (),
-                found[0],
-                "voltage amplitude at which the flat film loses stability",
-                _ONSET,
-            ),
+            "onset_voltage": ((), found[0], "voltage amplitude at which the flat film loses stability", _ONSET),
             "onset_kind": ((), found[1].astype(np.int8), "how rest loses stability", Onset),
             "onset_error": ((), found[2], "width to which the onset is known", _ONSET),
             "searched": (("bound",), np.stack([0.0 * ends, ends], axis=1), "voltage amplitudes searched", "voltage"),

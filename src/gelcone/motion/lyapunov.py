@@ -151,12 +151,7 @@ def lyapunov_cells(
             "averaged_time": ((), time, "averaging time behind the exponents", "time"),
             "cycle": ((), cycle, "period of the cycle behind the exponents, 0 if averaged", "count"),
             "sign": ((), result.sign, "sign of the largest exponent, 0 if uncertain", "code"),
-            "sum_residual": (
-                (),
-                residual,
-                "sum of the exponents less the mean trace of the Jacobian",
-                "rate",
-            ),
+            "sum_residual": ((), residual, "sum of the exponents less the mean trace of the Jacobian", "rate"),
             "running_time": (("window",), running[..., 0], "averaging time so far, after the transient", "time"),
             "running_exponent": (("window",), running[..., 1], "largest exponent so far, after the transient", "rate"),
             "finite_time": (("window",), finite_running[..., 0], "window length, from the start", "time"),

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from gelcone.motion.cyclic import scaled_product
 from gelcone.motion.flow import integrate
+from gelcone.motion.multipliers import moduli_in_the_plane
 from gelcone.motion.settle import next_power_of_two
 from gelcone.physics.members import Members
 from gelcone.progress import Progress, weighted
@@ -47,18 +48,13 @@ class Monodromy:
 
     def multipliers(self) -> tuple[Array, Array, Array]:
         """Real part, imaginary part and logarithm of the modulus, each (members, 2), the larger modulus first."""
-        half = 0.5 * np.abs(self.trace)
-        product = np.exp(self.log_product - 2.0 * self.log_scale)
-        square = half * half - product
-        apart = np.sqrt(np.abs(square))
         with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
-            larger = np.where(square < 0.0, 0.5 * self.log_product, self.log_scale + np.log(half + apart))
-            log_modulus = np.stack([larger, self.log_product - larger], axis=1)
+            log_modulus, half, square = moduli_in_the_plane(self.trace, self.log_scale, self.log_product)
             sign = np.where(self.trace < 0.0, -1.0, 1.0)[:, None]
             scale = np.exp(self.log_scale)
             pair = (square < 0.0)[:, None]
             real = sign * np.where(pair, (half * scale)[:, None], np.exp(log_modulus))
-            imag = np.where(pair, (apart * scale)[:, None] * np.array([1.0, -1.0]), 0.0)
+            imag = np.where(pair, (np.sqrt(np.abs(square)) * scale)[:, None] * np.array([1.0, -1.0]), 0.0)
         return real, np.where(np.isnan(real), np.nan, imag), log_modulus
 
 

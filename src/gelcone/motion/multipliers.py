@@ -62,19 +62,23 @@ def log_multipliers(
     errors; the last one alone then follows from the determinant.
     """
     if tangents.shape[-1] == 2:
-        larger = _larger_in_the_plane(*scaled, log_determinant)
-        found = np.stack([larger, log_determinant - larger], axis=1)
+        product, log_scale = scaled
+        found, _, _ = moduli_in_the_plane(product[:, 0, 0] + product[:, 1, 1], log_scale, log_determinant)
         return found, np.zeros(found.shape)
     rings = multipliers_of_rings(tangents, np.ones(tangents.shape[-1]), tolerance)
     return resolved(rings.log_modulus, rings.error, log_determinant, tangents.shape[1])
 
 
-def _larger_in_the_plane(product: Array, log_scale: Array, log_determinant: Array) -> Array:
-    half = 0.5 * np.abs(product[:, 0, 0] + product[:, 1, 1])
+def moduli_in_the_plane(trace: Array, log_scale: Array, log_determinant: Array) -> tuple[Array, Array, Array]:
+    """Logarithms (members, 2) of the moduli of the multipliers of maps with two states, the larger first, from the
+    trace over a scale and the logarithms of scale and determinant; half the modulus of that trace, and the square of
+    half the difference of the multipliers over the scale, negative for a complex pair."""
+    half = 0.5 * np.abs(trace)
     square = half * half - np.exp(log_determinant - 2.0 * log_scale)
-    return np.asarray(
-        np.where(square >= 0.0, log_scale + np.log(half + np.sqrt(np.abs(square))), 0.5 * log_determinant)
-    )
+    with np.errstate(divide="ignore"):
+        apart = log_scale + np.log(half + np.sqrt(np.abs(square)))
+    larger = np.where(square < 0.0, 0.5 * log_determinant, apart)
+    return np.stack([larger, log_determinant - larger], axis=1), half, square
 
 
 def _of_ring(tangents: Array, signs: Array, tolerance: float) -> tuple[Array, npt.NDArray[np.complex128], Array]:

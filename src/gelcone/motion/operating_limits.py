@@ -17,13 +17,7 @@ from gelcone.motion.plane import DRIVEN_LIMITS, Plane
 from gelcone.motion.proportion import in_proportion, proportional
 from gelcone.motion.start import inside, start_states
 from gelcone.motion.static_bifurcations import PITCHFORK_ABSENT, PULL_IN_ABSENT
-from gelcone.motion.static_limits import (
-    MEMBRANE_PULL_IN,
-    STATIC_LIMITS,
-    peaks_of,
-    ramp_limits_of,
-    with_first_pull_in,
-)
+from gelcone.motion.static_limits import MEMBRANE_PULL_IN, STATIC_LIMITS, peaks_of, ramp_limits_of, with_first_pull_in
 from gelcone.physics.film.pull_in import is_cone
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel, single
@@ -36,12 +30,7 @@ if TYPE_CHECKING:
 
 
 @analysis(swept=True, examples=("biased-pump",))
-def operating_limits(
-    model: ConeModel,
-    *,
-    threads: int | None = None,
-    progress: Progress = None,
-) -> xr.Dataset:
+def operating_limits(model: ConeModel, *, threads: int | None = None, progress: Progress = None) -> xr.Dataset:
     """Compute peak voltages at which an operating envelope ends, quasi-static and at each member's drive frequency.
 
     They are those of `envelope` from rest: quasi-static ones on the way to pull-in or the stretch limit, driven ones up
@@ -95,11 +84,7 @@ def operating_limits(
 
 
 def operating_limits_cells(
-    members: Members,
-    states: Array,
-    *,
-    threads: int | None = None,
-    progress: Progress = None,
+    members: Members, states: Array, *, threads: int | None = None, progress: Progress = None
 ) -> Findings:
     """Compute `operating_limits` for every member of a flattened ensemble; the ``states`` are ignored, options as
     there."""

@@ -93,6 +93,10 @@ class DriveShape:
             raise InputError("voltage = 0: here the device's drive is scaled; give it an amplitude or a bias")
         return cls(float(model.voltage) / peak, float(model.voltage_bias) / peak)
 
+    def at(self, peak: Any) -> dict[str, Any]:
+        """The voltages of the drive at a peak voltage, as parameters of a model."""
+        return {"voltage": self.amplitude * peak, "voltage_bias": self.bias * peak}
+
 
 @dataclass(frozen=True)
 class Plane:
@@ -124,9 +128,7 @@ class Plane:
 
     def at(self, omegas: Array, peaks: Array) -> ConeModel:
         """The model at pairs of frequency and peak voltage."""
-        return self.model.replace(
-            drive_frequency=omegas, voltage=self.shape.amplitude * peaks, voltage_bias=self.shape.bias * peaks
-        )
+        return self.model.replace(drive_frequency=omegas, **self.shape.at(peaks))
 
     @cached_property
     def membranes(self) -> list[PullInCurve]:
@@ -153,8 +155,7 @@ class Plane:
 
     def natural_frequency(self, peak: float = 0.0) -> float:
         """Natural frequency about the equilibrium under the drive's mean-square voltages; NaN without a stable one."""
-        drive = self.model.replace(voltage=self.shape.amplitude * peak, voltage_bias=self.shape.bias * peak)
-        return driven_frequency(drive)
+        return driven_frequency(self.model.replace(**self.shape.at(peak)))
 
     def default_frequencies(self) -> Array:
         """Frequencies around the natural one, including those of the first resonances and the model's own."""
@@ -360,11 +361,7 @@ FEW = 4
 CLOSE = 64
 """Fewest samples of a drive period for apparent powers, since the current has kinks where a film begins to be slack."""
 YIELDS = ("stroke", "power", "damper_power", "apparent_power", "peak_charge", "field", "heating")
-_SLACK_AND_LIMIT = {
-    "hoop slack": "hoop_slack",
-    "meridional slack": "meridional_slack",
-    "stretch limit": "near_limit",
-}
+_SLACK_AND_LIMIT = {"hoop slack": "hoop_slack", "meridional slack": "meridional_slack", "stretch limit": "near_limit"}
 _FAILINGS = (*_SLACK_AND_LIMIT.values(), "breakdown", "beyond_membrane")
 
 

@@ -63,11 +63,7 @@ class Held(Code):
     ),
 )
 def film(
-    model: ConeModel,
-    height: Lengths | None = None,
-    voltage: Voltages | None = None,
-    *,
-    progress: Progress = None,
+    model: ConeModel, height: Lengths | None = None, voltage: Voltages | None = None, *, progress: Progress = None
 ) -> xr.Dataset:
     """Compute shape, stretches, thickness, wrinkles, true field and capacitance of the membrane from disc to rim.
 

@@ -99,12 +99,7 @@ def regime(
     >>> [gelcone.Regime(code).label for code in found.regime.values], found.period.values.tolist()
     (['rest', 'periodic'], [0, 1])
     """
-    options: dict[str, Any] = {
-        "transient": transient,
-        "patience": patience,
-        "budget": budget,
-        "tolerance": tolerance,
-    }
+    options: dict[str, Any] = {"transient": transient, "patience": patience, "budget": budget, "tolerance": tolerance}
     states = start_states(model, initial)
     found = regime_cells(model.members(), states, **options, threads=threads, progress=progress)
     return dataset.label(model, found.variables, outcome=found.outcome, options=options, title="regime of motion")

@@ -182,10 +182,7 @@ def simulate(
         coords={"time": ((dim,), sampled[0, kept] if shared_times else sampled[:, kept], "time", "time")},
         outcome=run.outcome,
         # given times are the coordinate of the result
-        options={
-            "periods": periods if times is None else None,
-            "tolerance": tolerance,
-        },
+        options={"periods": periods if times is None else None, "tolerance": tolerance},
         title="time response",
     )
     advance(progress, 0.4)

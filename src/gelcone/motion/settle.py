@@ -84,12 +84,7 @@ def repeats_lasting(members: Members, duration: Array | float) -> npt.NDArray[np
 
 
 def settle(
-    members: Members,
-    states: Array,
-    repeats: int | npt.NDArray[np.int64],
-    *,
-    progress: Progress = None,
-    **flow: Any,
+    members: Members, states: Array, repeats: int | npt.NDArray[np.int64], *, progress: Progress = None, **flow: Any
 ) -> tuple[Array, npt.NDArray[np.int8]]:
     """States (members, N) after ``repeats`` whole forcing periods, at phase 0 again, and the outcome of each member.
 

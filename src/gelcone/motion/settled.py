@@ -89,13 +89,7 @@ def settled(
         raise InputError("damping_ratio = 0: without damping no motion settles; give it some")
     options: dict[str, Any] = {"transient": transient, "patience": patience, "tolerance": tolerance}
     found = settled_cells(members, states, **options, threads=threads, progress=progress)
-    return dataset.label(
-        model,
-        found.variables,
-        outcome=found.outcome,
-        options=options,
-        title="settled motion",
-    )
+    return dataset.label(model, found.variables, outcome=found.outcome, options=options, title="settled motion")
 
 
 def settled_cells(

@@ -7,8 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from gelcone.motion.creep import HeldRuns, Holding
+from gelcone.motion.creep import Holding
 from gelcone.motion.driven import WITHIN
+from gelcone.motion.job import Trajectories
 from gelcone.motion.natural import frequencies_under
 from gelcone.motion.plane import Plane
 from gelcone.motion.ramp import Ramp
@@ -194,12 +195,12 @@ def held_limits(plane: Plane, held: Holding, relaxed: Array) -> Array:
     if not held.highest > 0.0:
         return relaxed
 
-    def excess(runs: HeldRuns) -> Array:
+    def excess(members: Members, run: Trajectories) -> Array:
         with np.errstate(all="ignore"):
-            voltages = runs.members.voltages(runs.run.times, runs.run.states)
-        return np.asarray(np.fmax.reduce(_violations(plane, runs.members, runs.run.states, voltages), axis=2))
+            voltages = members.voltages(run.times, run.states)
+        return np.asarray(np.fmax.reduce(_violations(plane, members, run.states, voltages), axis=2))
 
-    low, high = _first_over(held.levels, excess(held.runs))
-    *met, membrane = _narrowed(lambda levels: excess(held.at(levels)), low, high, HELD_CLOSER, HELD_RESOLVED)
+    low, high = _first_over(held.levels, excess(*held.runs))
+    *met, membrane = _narrowed(lambda levels: excess(*held.at(levels)), low, high, HELD_CLOSER, HELD_RESOLVED)
     met[0] = np.nan if plane.model.dielectric_strength is None else met[0]
     return np.array([*met, relaxed[-2], min(held.highest, membrane)])

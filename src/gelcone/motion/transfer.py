@@ -214,12 +214,7 @@ def _linear(space: StateSpace, omega: Array) -> tuple[Complex, Complex, Complex]
 
 
 def _measured(
-    model: ConeModel,
-    space: StateSpace,
-    signals: Array,
-    omega: Array,
-    progress: Progress,
-    options: dict[str, Any],
+    model: ConeModel, space: StateSpace, signals: Array, omega: Array, progress: Progress, options: dict[str, Any]
 ) -> tuple[Complex, Complex, npt.NDArray[np.int8]]:
     """Displacement and current over the voltage, (signals, frequencies), of motions that start from the linear ones,
     and their outcomes."""
