@@ -51,7 +51,7 @@ def sampled_evenly(times: Array, states: Array, begin: Array, start: Array, end:
 def between_corners(members: Members, begin: Array, start: Array, spans: Array, **flow: Any) -> Weighted:
     """Sample motions under a waveform with corners from ``begin`` (members, N), at the times ``start`` (members,), over
     the times ``spans`` (members,). ``flow``: options of `integrate`."""
-    end, even = start + spans, np.broadcast_to(members.drive_period, members.shape).ravel() / PER_PERIOD
+    end, even = start + spans, members.drive_period / PER_PERIOD
     count = int(np.ceil((spans / even).max() - SHORTEST))
     corners = members.system.waveform.corners_between(start, end, members.own_numbers).later
     behind = even[:, None, None] * CLOSER ** -np.arange(1.0, LEVELS + 1.0)

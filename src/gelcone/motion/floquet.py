@@ -443,9 +443,8 @@ def _scan_steps(members: Members, steps: int | None) -> npt.NDArray[np.int64]:
             raise InputError(f"steps = {steps}: must be at least 2")
         return np.full(members.size, steps)
     stiffness = np.nan_to_num(members.stiffness(np.zeros(members.shape)), nan=0.0, posinf=0.0, neginf=0.0)
-    lobes = np.asarray(members.forcing_period) * np.sqrt(np.maximum(stiffness, 0.0)) / np.pi
-    wanted = np.clip(STEPS_PER_LOBE * lobes, FEWEST_STEPS, MOST_STEPS)
-    return next_power_of_two(np.broadcast_to(wanted, members.shape))
+    lobes = members.forcing_period * np.sqrt(np.maximum(stiffness, 0.0)) / np.pi
+    return next_power_of_two(np.clip(STEPS_PER_LOBE * lobes, FEWEST_STEPS, MOST_STEPS))
 
 
 def _axis(name: str, values: npt.ArrayLike) -> Array:

@@ -62,8 +62,7 @@ def _resting(members: Members, options: dict[str, Any]) -> Array:
     """States (members, N) at phase 0 with the disc at rest and all other states periodic with the drive."""
     states = members.start_states((0.0, 0.0))
     for _ in range(0 if members.system.planar else MOST_SETTLINGS):
-        period = np.broadcast_to(members.forcing_period, members.shape)[:, None]
-        run = integrate(members, states, SETTLING * period, **options)
+        run = integrate(members, states, SETTLING * members.forcing_period[:, None], **options)
         change, states = np.abs(run.states[:, -1] - states), run.states[:, -1]
         if not (change > STILL_STABLE).any():
             break
@@ -73,7 +72,7 @@ def _resting(members: Members, options: dict[str, Any]) -> Array:
 def monodromy(members: Members, options: dict[str, Any], progress: Progress = None) -> Monodromy:
     """The maps of a one-dimensional ensemble. Members with equal numbers of pieces are computed together, so that the
     numbers of a member do not depend on the others."""
-    repeat = np.broadcast_to(members.forcing_period, members.shape).astype(float)
+    repeat = members.forcing_period
     pieces = next_power_of_two(np.maximum(repeat * members.fastest / PIECE, 1.0))
     resting = _resting(members, options)
     result = np.full((3, members.size), np.nan)

@@ -117,7 +117,7 @@ class Shooting:
         self.count: int = segments * kind.repeats
         self._members = members
         self._values: dict[str, Any] = {name: float(value[0]) for name, value in members.values.items()}
-        self._changes = settings is not None
+        self._given = settings
         self._settings = settings or (lambda values: dict(zip(self.free, values, strict=True)))
         self._around = tuple(self._values[name] for name in self.free) if around is None else tuple(around)
         self._numbers = self.system.numbers_of(self._values | self._settings(self._around))
@@ -163,16 +163,8 @@ class Shooting:
     def of_kind(self, kind: Kind) -> Shooting:
         """Shooting for another map."""
         if kind not in self._kinds:
-            other = Shooting(
-                self._members,
-                self.free,
-                kind,
-                self.segments,
-                self.phase,
-                self.tolerance,
-                self._settings if self._changes else None,
-                self._around,
-            )
+            same = self.segments, self.phase, self.tolerance, self._given, self._around
+            other = Shooting(self._members, self.free, kind, *same)
             other._kinds = self._kinds
             self._kinds[kind] = other
         return self._kinds[kind]

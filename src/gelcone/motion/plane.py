@@ -286,7 +286,7 @@ class Plane:
         keep: Keep = "work" if yields else "states"
         flow: dict[str, Any] = {"tolerance": TOLERANCE, "threads": self.threads}
         found: dict[str, Array] = {}
-        period = np.broadcast_to(members.drive_period, members.shape).ravel()
+        period = members.drive_period
         samples = next_power_of_two(np.maximum(PER_OSCILLATION / (2.0 * np.pi) * period * members.rate, PER_PERIOD))
         turns = PERIODS * next_power_of_two(np.maximum(lasts / (PERIODS * period), 1.0))
         for (of_period, periods), rows in alike(samples, turns.astype(np.int64)):

@@ -227,10 +227,9 @@ def even_times(model: ConeModel, spans: npt.ArrayLike) -> Array:
     """Even times (spans, samples) from 0 to each of the spans, the same number for all."""
     members = model.members()
     span = np.broadcast_to(spans, model.shape).ravel() if np.ndim(spans) else np.full(1, spans)
-    period = np.broadcast_to(members.drive_period, members.shape)
     detail = members.system.waveform.detail(members.own_numbers)
     spacing = min(
-        float((period / SAMPLES_PER_PERIOD / detail / span).min()),
+        float((members.drive_period / SAMPLES_PER_PERIOD / detail / span).min()),
         float((2.0 * np.pi / members.rate / SAMPLES_PER_OSCILLATION / span).min()),
     )
     count = int(np.clip(np.ceil(1.0 / spacing), 2, MOST_SAMPLES))
@@ -346,8 +345,7 @@ def _variables(
         power_in = powers["source"]
     else:
         # programs do not know the charge of this film well: first law; NaN if the film's energy is unknown
-        flowed = work.get("film", 0.0)
-        supplied = work["motion"] + stored - stored[:, :1] + flowed + lost
+        supplied = work["motion"] + stored - stored[:, :1] + work.get("film", 0.0) + lost
         residual = work["motion"] - work["damper"] - (mechanical - mechanical[:, :1]) + 0.0 * stored
     if len(losses) > 1 or lost.any():
         series |= {f"{cause}_dissipation": work[cause] for cause in losses}

@@ -210,6 +210,15 @@ class Clock:
         return Clock(self.per_repeat, self.block, self.repeat[index], self.repeats[index])
 
 
+def turns(members: Members, period: npt.NDArray[np.int64]) -> Iterator[tuple[npt.NDArray[np.intp], Clock, int]]:
+    """Groups the members of a ``period`` (members,) of at least one forcing period by clock and period: the indices of
+    each group, its clock, and the period."""
+    for group, clock in clocks(members):
+        for repeats in np.unique(period[group][period[group] > 0]).tolist():
+            same = period[group] == repeats
+            yield group[same], clock.take(same), repeats
+
+
 def clocks(members: Members, stretch: float = STRETCH) -> list[tuple[npt.NDArray[np.intp], Clock]]:
     """Groups members by their stretches per period and per block: the indices of each group, and its clock.
 

@@ -144,7 +144,7 @@ def spectrum(
     lines = max(1, int(np.isfinite(variables["line_ratio"][1]).sum(axis=1).max()))
     variables = {name: _cut(variable, lines) for name, variable in variables.items()}
     ratio = np.arange(variables["amplitude"][1].shape[1]) / periods
-    omega = np.broadcast_to(members.drive_frequency, members.shape)[:, None]
+    omega = members.number("drive_frequency")[:, None]
     shared = bool((omega == omega[0]).all())
     frequency = ratio * omega[0] if shared else ratio * omega
     coords: dict[str, dataset.Variable] = {
@@ -226,8 +226,7 @@ def _bands(members: Members, highest: float | None, periods: int) -> Array:
     """Upper end of each member's band in units of its drive frequency, (members,)."""
     most = (MOST_PER_REPEAT if members.system.waveform.repeat else MOST_SAMPLES // periods) // OVERSAMPLING
     if highest is None:
-        omega = np.broadcast_to(members.drive_frequency, members.shape)
-        fastest = np.maximum(members.rate / omega, SMALLEST_BAND / BAND)
+        fastest = np.maximum(members.rate / members.number("drive_frequency"), SMALLEST_BAND / BAND)
         if not members.system.waveform.repeat:
             fastest = np.maximum(fastest, members.system.waveform.detail(members.numbers()))
         wanted = next_power_of_two(BAND * fastest)
@@ -256,8 +255,7 @@ def _sampling(members: Members, bands: Array, periods: int) -> tuple[npt.NDArray
 
 def _repeats_per_period(members: Members) -> npt.NDArray[np.int64]:
     """Forcing periods in a period of the voltage, (members,): 2 for a pure sine, 1 with a bias."""
-    periods = np.broadcast_to(members.drive_period, members.shape)
-    return np.rint(periods / members.forcing_period).astype(np.int64)
+    return np.rint(members.drive_period / members.forcing_period).astype(np.int64)
 
 
 def _records(
@@ -425,7 +423,7 @@ _NUMBERS = {
 def _variables(members: Members, spectra: list[Spectrum], bins: int | None) -> dict[str, dataset.Variable]:
     """Variables of all members' spectra, padded with NaN to at least ``bins`` bins and `MOST_LINES` lines."""
     amplitude, lines = padded([s.amplitude for s in spectra], bins or 1), padded([s.lines for s in spectra], MOST_LINES)
-    omega = np.broadcast_to(members.drive_frequency, members.shape)[:, None]
+    omega = members.number("drive_frequency")[:, None]
     variables: dict[str, dataset.Variable] = {
         "amplitude": (("frequency_ratio",), amplitude, "amplitude of the displacement", "length"),
         "line_ratio": (("line",), lines[..., 0], f"{_RATIO}, of a line", "ratio"),

@@ -16,7 +16,7 @@ def inside(members: Members, displacement: npt.ArrayLike) -> npt.NDArray[np.bool
     """Mask (members,) of members whose stretch limit allows a displacement, one for all or (members,)."""
     x = np.broadcast_to(np.asarray(displacement, dtype=float), (members.size,))
     with np.errstate(over="ignore"):
-        return np.asarray(members.strain(x) < np.broadcast_to(members.strain_limit(), members.shape))
+        return np.asarray(members.strain(x) < members.strain_limit())
 
 
 def start_states(model: Ensemble, initial: npt.ArrayLike) -> Array:

@@ -112,8 +112,7 @@ def swing(
 def harmonics_of(members: Members, x: Array, samples: int) -> npt.NDArray[np.complex128]:
     """The complex harmonics (members, harmonics) of displacements over whole drive periods, with ``samples`` per
     forcing period, the first one spacing after phase 0."""
-    turn = np.broadcast_to(members.drive_frequency * members.forcing_period, members.shape)
-    turns, which = np.unique(turn, return_inverse=True)
+    turns, which = np.unique(members.drive_frequency * members.forcing_period, return_inverse=True)
     waves = np.exp(-1j * turns[:, None] * (np.arange(1, x.shape[1] + 1) / samples))
     return np.stack([2j * (x * (waves**k)[which]).mean(axis=1) for k in HARMONICS], axis=1)
 

@@ -378,7 +378,7 @@ def _store_lifetimes(
     chaos = np.isfinite(nearby.apart) | (evidence.regime == Regime.CHAOTIC)
     rows = _alive(rows[chaos[rows]], evidence)
     # No cycle attracts faster than the damping lets it.
-    damping = np.broadcast_to(members.damping_ratio, members.shape).ravel()
+    damping = members.values["damping_ratio"]
     attraction = np.where(evidence.sign < 0, np.minimum(-evidence.exponents[:, 0], damping), damping)
     for name, values in chaos_of(nearby, rows, attraction).items():
         getattr(evidence, name)[rows] = values

@@ -18,7 +18,7 @@ from gelcone.motion.columns import Columns, column
 from gelcone.motion.extent import extent
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.orbit import newton
-from gelcone.motion.settle import Clock, blocks, clocks, samples_per_repeat
+from gelcone.motion.settle import Clock, blocks, samples_per_repeat, turns
 from gelcone.motion.tangents import CERTAIN, FLOOR
 from gelcone.motion.validity import validity
 from gelcone.physics.members import Members
@@ -89,12 +89,8 @@ def find_cycles(members: Members, states: Array, period: npt.NDArray[np.int64], 
     A member of period 0 has no cycle.
     """
     cycles = Cycles.blank(len(states), states=states.shape[1])
-    for group, clock in clocks(members):
-        for repeats in np.unique(period[group][period[group] > 0]):
-            same = period[group] == repeats
-            rows = group[same]
-            found = _found(members.take(rows), states[rows], clock.take(same), int(repeats), flow_options)
-            cycles.put(rows, found)
+    for rows, clock, repeats in turns(members, period):
+        cycles.put(rows, _found(members.take(rows), states[rows], clock, repeats, flow_options))
     return cycles
 
 

@@ -22,7 +22,7 @@ from gelcone.motion.columns import Columns, column
 from gelcone.motion.cyclic import scaled_product
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.orbit import mapped
-from gelcone.motion.settle import clocks
+from gelcone.motion.settle import turns
 from gelcone.physics.members import Members
 from gelcone.quantity import Array
 
@@ -163,19 +163,15 @@ def _returned(members: Members, states: Array, period: npt.NDArray[np.int64], op
     """One turn of the map of ``period`` (members,) forcing periods from ``states`` (members, N)."""
     options = options | {"tolerance": max(options.get("tolerance", DEFAULT_TOLERANCE), TOLERANCE)}
     found = Returned.blank(len(states), states=states.shape[1])
-    for group, clock in clocks(members):
-        for repeats in np.unique(period[group]):
-            same = period[group] == repeats
-            rows = group[same]
-            ticks = np.arange(1, int(repeats) * clock.per_repeat + 1) / clock.per_repeat
-            times = clock.repeat[same, None] * ticks
-            run = integrate(members.take(rows), states[rows], times, keep="tangents", **options)
-            assert run.tangents is not None
-            done = np.flatnonzero(run.outcome == Outcome.OK)
-            product, log_scale = scaled_product(run.tangents[done])
-            tangent = product * np.exp(log_scale)[:, None, None]
-            size = np.maximum(np.abs(run.states[done]).max(axis=(1, 2)), SMALLEST_SIZE)
-            growth = np.abs(np.linalg.eigvals(tangent)).max(axis=1)
-            gap = run.states[done, -1] - states[rows[done]]
-            found.put(rows[done], Returned(gap, tangent, size, growth))
+    for rows, clock, repeats in turns(members, period):
+        times = clock.repeat[:, None] * (np.arange(1, repeats * clock.per_repeat + 1) / clock.per_repeat)
+        run = integrate(members.take(rows), states[rows], times, keep="tangents", **options)
+        assert run.tangents is not None
+        done = np.flatnonzero(run.outcome == Outcome.OK)
+        product, log_scale = scaled_product(run.tangents[done])
+        tangent = product * np.exp(log_scale)[:, None, None]
+        size = np.maximum(np.abs(run.states[done]).max(axis=(1, 2)), SMALLEST_SIZE)
+        growth = np.abs(np.linalg.eigvals(tangent)).max(axis=1)
+        gap = run.states[done, -1] - states[rows[done]]
+        found.put(rows[done], Returned(gap, tangent, size, growth))
     return found

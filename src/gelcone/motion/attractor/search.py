@@ -81,8 +81,7 @@ def are_slow(members: Members, duration: Array | float = np.inf) -> npt.NDArray[
 
 def transient_of_the_disc(members: Members) -> Array:
     """`default_transient` without the states that components add."""
-    damping = np.broadcast_to(members.damping_ratio, members.shape).ravel()
-    decay = np.minimum(DECAY_TIMES / np.maximum(damping, 1e-12), LONGEST_DECAY)
+    decay = np.minimum(DECAY_TIMES / np.maximum(members.values["damping_ratio"], 1e-12), LONGEST_DECAY)
     return np.maximum(np.maximum(FEWEST_REPEATS * members.forcing_period, decay), SHORTEST_TRANSIENT)
 
 
