@@ -216,13 +216,11 @@ class Shooting:
         self._set_row(values, steps)
         n, size = self.count, self.size
         self._states[:, :size] = nodes
-        switches = None
+        switches = corners = None
         if self._program.switches:
-            found = self._program.switches_at(self._starts, nodes, self.numbers_at(values))
-            switches = np.stack([found[name] for name in self._program.switches], axis=1)
-        corners = None
-        if self.system.waveform.pieced:
-            corners = self._program.corners(self._starts, self._ends, self.numbers_at(values))
+            own = self.numbers_at(values)
+            switches = self._program.switches_at(self._starts, nodes, own)
+            corners = self._program.corners(self._starts, self._ends, own)
         smallest = self._smallest * self._row[self._place["drive_frequency"]]
         result, arrived = self._rerun.run(self._row, self._states, smallest, switches, corners)
         tangents = result[:, size : size * (1 + size)].reshape(n, size, size).transpose(0, 2, 1)

@@ -159,8 +159,8 @@ def _heights(height: npt.ArrayLike) -> Array:
 
 def _rests(members: Members, levels: Array) -> Array:
     """Displacement at the end of a slow ramp to each voltage, (members, 1, voltages); NaN beyond pull-in."""
-    found: Array = stroke_and_blocked_force(members, levels)["displacement"].values
-    return found.reshape(members.size, 1, levels.size)
+    ramp = stroke_and_blocked_force(members, levels)
+    return np.reshape(ramp["displacement"].values, (members.size, 1, levels.size))
 
 
 class _Cells(NamedTuple):
@@ -253,8 +253,7 @@ def _wrinkled(at: Profile) -> Array:
     area = np.diff(R * R, axis=-1)
     slack = (at.excess > SMALLEST_EXCESS) + 0.0 * at.l1
     total = np.sum(0.5 * (slack[..., 1:] + slack[..., :-1]) * area, axis=-1)
-    found: Array = total / area.sum(axis=-1)
-    return found
+    return np.asarray(total / area.sum(axis=-1))
 
 
 def _cells(n: Mapping[str, Any], placed: PlacedFilm, x: Array, squared: Array) -> _Cells:

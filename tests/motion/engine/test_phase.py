@@ -113,10 +113,7 @@ class Passed:
         row = {name: row.get(name, 0.0) for name in self.program.numbers}
         start = np.zeros((2, size * (1 + size + len(self.by))))
         start[:, :size], start[:, size : size * (1 + size)] = states, np.eye(size).ravel()
-        switches = None
-        if self.program.switches:
-            found = self.program.switches_at(BEGIN, states, n)
-            switches = np.stack([found[name] for name in self.program.switches], axis=1)
+        switches = self.program.switches_at(BEGIN, states, n) if self.program.switches else None
         corners = self.program.corners(BEGIN, END, n)
         ends, arrived = self.again.run(np.array([*row.values()]), start, 0.0, switches, corners)
         assert arrived.all()

@@ -161,11 +161,11 @@ class PhaseProgram:
         switches = [event.switch for event in events if event.switch is not None]
         self.switches = tuple(dict.fromkeys([*switches, *corners.get("pieces", ())]))
 
-    def switches_at(self, phases: Array, states: Array, numbers: Mapping[str, Any]) -> dict[str, Array]:
-        """Switches (1 or -1) of films, and terms of a waveform with corners, by name at ``phases`` (members,) and
-        ``states`` (members, N)."""
+    def switches_at(self, phases: Array, states: Array, numbers: Mapping[str, Any]) -> Array:
+        """Switches (1 or -1) of films, and terms of a waveform with corners, at ``phases`` (members,) and ``states``
+        (members, N), (members, switches) as `Rerun.run` takes them, if there are any."""
         found = switches_at(self._system, phases, states, by_phase(numbers))
-        return {name: found[name] for name in self.switches}
+        return np.stack([found[name] for name in self.switches], axis=1)
 
     def of_states(
         self, phases: Sequence[Array], states: Sequence[Array], tangents: Array, slopes: Array, n: Mapping[str, float]
