@@ -69,10 +69,9 @@ def test_at_rest_no_state_changes(name, level):
     z = rest_under(model, place, level)
     assert z[0] == place
     system, n = model.system, model.numbers()
-    rates = system.rates_under(level, [np.float64(value) for value in z], n)
+    rates = system.under(level, [np.float64(value) for value in z], n).rates()
     np.testing.assert_allclose(np.array(rates, dtype=float), 0.0, atol=1e-10)
-    lines = [system.line_of(k) for k in range(len(system.films))]
-    volts = [voltage_under(system, line, place, system.command_of(line, level, n), n) for line in lines]
+    volts = [voltage_under(system, line, place, system.command_of(line, level, n), n) for line in system.film_lines]
     assert np.isfinite(slopes_under(model.members(), np.array([[place]]), [np.array([[v]]) for v in volts])).all()
 
 

@@ -136,7 +136,7 @@ def test_gents_equation_of_motion_is_the_papers_exactly():
     system = ConeModel(law=law).system
     n = symbols_of(system) | law.numbers({"stretch_limit": J})
     kappa, rest, A, B, G = (n[name] for name in ("spring_stiffness", "rest_height", "A", "B", "G"))
-    acceleration = system.rates_under(v, [x, u], n)[1]
+    acceleration = system.under(v, [x, u], n).rates()[1]
     q = 1 + x**2
     film = x * (A - G / q**2) / (1 - system.film.strain(x, n) / J)
     assert exact(acceleration + 2 * n["damping_ratio"] * u + kappa * (x - rest) + film - v**2 * x) == 0
@@ -295,7 +295,7 @@ def test_the_force_is_the_slope_of_the_energy_and_the_stiffness_the_slope_of_the
     tolerance = 1e-13 * scale(m, x)
     assert abs(m.energy(x) - potential(m, x, 0.0).real - electric_energy(x, 0.0)) <= tolerance
     assert abs(m.force(x, volts) - np.imag(potential(m, x + 1j * step, volts)) / step) <= tolerance
-    force = -m.system.rates_under(volts, [x + 1j * step, 0.0], m.own_numbers)[1]
+    force = -m.system.under(volts, [x + 1j * step, 0.0], m.own_numbers).rates()[1]
     assert abs(m.force(x, volts) - force.real) <= tolerance
     assert abs(m.stiffness(x, volts) - force.imag / step) <= 30.0 * tolerance
 

@@ -153,7 +153,7 @@ def test_a_resistance_without_a_state_needs_films_whose_capacitance_the_voltage_
 def test_films_of_the_same_voltage_share_a_line_and_others_have_their_own(drive, lines):
     pair = ConeModel(film="taut", second_film="taut", second_drive=drive, circuit="amplifier").system
     assert [(line.circuit.name, line.films, line.drive, line.prefix) for line in pair.lines] == lines
-    assert [pair.line_of(k) for k in (0, 1)] == [pair.lines[0], pair.lines[-1]]
+    assert pair.film_lines == (pair.lines[0], pair.lines[-1])
 
 
 def test_a_permittivity_that_follows_late_takes_a_single_taut_film():

@@ -1,4 +1,4 @@
-"""The equation of motion: its Jacobian, Newton's law, and the static force."""
+"""The equation of motion: its Jacobian, and Newton's law."""
 
 from dataclasses import dataclass
 from types import SimpleNamespace
@@ -11,7 +11,6 @@ from gelcone.physics.differentiate import evaluated, gradients
 from gelcone.physics.drive import PIECE
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.model import ConeModel
-from gelcone.physics.system import BIAS_SHARE
 from gelcone.physics.trace import Graph
 from gelcone.quantity import Quantity
 from tests.toys import CubicBias, FilteredVoltage, PowerFilm, SaturatingAmplifier, ThreeHarmonics
@@ -109,123 +108,16 @@ def test_the_rates_are_newtons_law_of_its_parts(name):
             *system.circuit.rates(SimpleNamespace(command=commanded), circuit_y, n),
         ]
         assert rates[2:] == own
-        np.testing.assert_array_equal(system.rates_under(commanded, z, n), rates)
+        np.testing.assert_array_equal(system.under(commanded, z, n).rates(), rates)
         assert system.voltages(tau, z, n) == [volts]
 
 
 # --- statics ----------------------------------------------------------------------------------------------------------
 
 
-@every_model
-def test_the_static_force_is_what_the_rates_have_at_rest(name):
-    """At rest under a constant voltage, film strains and circuit settled, x'' is the negative static force."""
-    model = MODELS[name]
-    system, n = model.system, model.own_numbers
-    settled = [0.4, 0.0, *[0.4] * len(system.film.states + system.bias.states), *[0.7] * len(system.circuit.states)]
-    force, slope = system.static_force(0.4, 0.49, n)
-    assert system.rates_under(0.7, settled, n)[1] == pytest.approx(-force, rel=1e-13)
-    assert force == pytest.approx(model.force(0.4, 0.7), rel=1e-13)
-    if system.planar:
-        h = 1e-6
-        ahead, behind = (system.static_force(0.4 + s * h, 0.49, n)[0] for s in (1.0, -1.0))
-        assert slope == pytest.approx((ahead - behind) / (2.0 * h), rel=1e-7)
-
-
 def test_a_system_is_planar_where_displacement_and_velocity_are_all():
     assert MODELS["gent"].system.planar
     assert not MODELS["five"].system.planar
-
-
-@pytest.mark.parametrize(("limits", "share"), [((20.0, 30.0), True), ((20.0, np.inf), True), ((np.inf, np.inf), False)])
-def test_the_strain_of_two_films_is_the_larger_share_of_their_limits_or_without_any_the_larger_strain(limits, share):
-    pair = ConeModel(
-        film="taut", second_film="taut", second_flat_height=1.5, second_hoop_prestretch=1.4,
-        stretch_limit=limits[0], second_stretch_limit=limits[1],
-    )  # fmt: skip
-    x, n = np.array([0.1, 0.9, 1.4]), pair.own_numbers
-    strains = np.array([film.strain(x, n) for film in pair.system.films])
-    own = np.array([strain / limit for strain, limit in zip(strains, limits, strict=True)])
-    np.testing.assert_allclose(pair.system.strain(x, n), (own if share else strains).max(axis=0), rtol=1e-14)
-    q = np.array([1.0 + x * x, 1.0 + (1.5 - x) ** 2])
-    np.testing.assert_allclose(strains, [q[0] + 1.0 / q[0] - 2.0, q[1] + 1.96 + 1.0 / (1.96 * q[1]) - 3.0], rtol=1e-12)
-
-
-def test_a_double_cone_is_overstretched_where_one_of_its_films_is():
-    """The second film's branch is stretched by 1 + (d - x)^2."""
-    pair = ConeModel(
-        film="taut", second_film="taut", second_flat_height=1.5,
-        viscous_modulus_1=0.4, relaxation_time_1=2.0, viscous_limit_1=0.5,
-    )  # fmt: skip
-    n = pair.own_numbers
-    names = [state.name for state in pair.system.states]
-    for x in (0.1, 0.75, 1.4):
-        z = [x, 0.0, 1.0, 1.0, 1.0, 1.0]
-        assert len(names) == len(z)
-        q = np.array([1.0 + x * x, 1.0 + (1.5 - x) ** 2])
-        each = q + 1.0 / q - 2.0 >= 0.5
-        assert bool(pair.system.overstretched(z, n)) == each.any()
-    assert each.tolist() == [True, False]
-
-
-def test_at_rest_films_in_opposite_phase_share_twice_the_bias_that_comes_through_the_circuit():
-    """Behind a resistance that leaks, a flat film has 1/(1 + rho/te) of the command: the rates of both are at rest."""
-    pair = ConeModel(
-        film="taut", second_film="taut", second_drive="opposite", voltage_bias=0.6, rest_height=0.0,
-        series_resistance=0.5, leakage_time=4.0,
-    )  # fmt: skip
-    system, n, command = pair.system, pair.own_numbers, 0.3
-    gain = 1.0 / (1.0 + 0.5 / 4.0)
-    on = [gain * command, gain * (1.2 - command)]
-    assert max(map(abs, system.rates_under(command, [0.0, 0.0, *on], n)[2:])) < 1e-14
-    assert system.squares_at_rest(on[0] ** 2, n)[1] == pytest.approx(on[1] ** 2, rel=1e-14)
-    ahead, behind = (system.squares_at_rest((on[0] + h) ** 2, n)[1] for h in (1e-6, -1e-6))
-    assert system.square_rates_at_rest(on[0], n)[1] == pytest.approx((ahead - behind) / 2e-6, rel=1e-8)
-
-
-class ReadSingly(dict):
-    """Numbers of which no formula makes a copy: a pair of membranes has two thousand."""
-
-    def keys(self):
-        raise AssertionError("all numbers are read")
-
-    __iter__ = keys
-
-
-@pytest.mark.parametrize("share", [None, 0.3])
-def test_formulas_read_the_numbers_that_they_take_and_no_others(share):
-    pair = ConeModel(film="taut", second_film="taut", second_drive="opposite", voltage_bias=0.4, voltage=0.2)
-    system, n = pair.system, dict(pair.own_numbers) | ({} if share is None else {BIAS_SHARE: share})
-    own, z = ReadSingly(n), [0.1, 0.2]
-    assert system.squares_at_rest(np.float64(0.25), own) == system.squares_at_rest(np.float64(0.25), n)
-    assert system.square_rates_at_rest(0.5, own) == system.square_rates_at_rest(0.5, n)
-    assert system.voltages(0.3, z, own) == system.voltages(0.3, z, n)
-
-
-@pytest.mark.parametrize("share", [None, 0.0, 0.3, 1.0])
-@pytest.mark.parametrize("drive", ["same", "opposite", "constant"])
-def test_the_squares_at_rest_change_with_the_voltage_as_their_differences_do(drive, share):
-    pair = ConeModel(film="taut", second_film="taut", second_drive=drive, voltage_bias=0.4)
-    if drive == "constant":
-        pair = pair.replace(second_voltage=0.7)
-    n = pair.own_numbers | ({} if share is None else {BIAS_SHARE: share})
-    h, voltage = 1e-6, 0.9
-    ahead, behind = (pair.system.squares_at_rest(np.float64(voltage + s * h) ** 2, n) for s in (1.0, -1.0))
-    slopes = [(a - b) / (2.0 * h) for a, b in zip(ahead, behind, strict=True)]
-    np.testing.assert_allclose(pair.system.square_rates_at_rest(voltage, n), slopes, rtol=1e-8, atol=1e-9)
-    second = {"same": voltage, "constant": 0.7, "opposite": (0.8 if share is None else 2.0 * share * voltage) - voltage}
-    assert pair.system.squares_at_rest(voltage**2, n)[1] == pytest.approx(second[drive] ** 2, rel=1e-14, abs=1e-30)
-
-
-def test_what_leaks_at_rest_is_the_square_of_the_voltage_over_the_resistance_of_each_film():
-    """C v^2/te, C = 1 + x^2 of a taut film whose pre-stretches are 1, at each film's own displacement."""
-    pair = ConeModel(
-        film="taut", second_film="taut", second_drive="constant", second_voltage=0.4, second_flat_height=0.9,
-        series_resistance=0.5, leakage_time=4.0,
-    )  # fmt: skip
-    x = np.array([0.2, 0.7])
-    found = pair.system.leaking_at_rest(x, [0.6, 0.4], pair.own_numbers)
-    for k, (place, voltage) in enumerate([(x, 0.6), (0.9 - x, 0.4)]):
-        np.testing.assert_allclose(found[k], voltage**2 * (1.0 + place**2) / 4.0, rtol=1e-12)
 
 
 def test_a_circuit_with_borders_has_the_period_of_the_voltage_itself():
@@ -358,36 +250,10 @@ def test_switches_of_the_drive_are_among_those_of_the_system():
     assert found["piece_1"] == pytest.approx(-2.0 / np.pi, rel=1e-14)
 
 
-class NoStateAbove(PowerFilm):
-    """A power film that pulls in at V = 2."""
-
-    name = "no state above"
-
-    def highest_squared(self, x, n):
-        return np.full(np.shape(x), 2.0)[()]
-
-
-@pytest.mark.parametrize("first", [True, False])
-def test_a_pair_has_pulled_in_where_either_film_has(first):
-    films = (NoStateAbove(), PowerFilm()) if first else (PowerFilm(), NoStateAbove())
-    model = ConeModel(film=films[0], second_film=films[1])
-    found = model.system.pulled_in(np.array([0.1, 0.2]), np.array([1.9, 2.1]), model.own_numbers)
-    assert found.tolist() == [False, True]
-
-
 def test_the_power_that_a_film_loses_bears_on_the_length_of_steps():
     creeping = ConeModel(film="taut", viscous_modulus_1=0.5, relaxation_time_1=3.0).system
     assert creeping.causes[:3] == ("motion", "damper", "film")
     assert creeping.bounding_powers == 3
-
-
-def test_a_pair_has_pulled_in_at_each_films_own_voltage():
-    """At a constant voltage on the second film, whatever that on the first."""
-    own = {"film": PowerFilm(), "second_film": NoStateAbove(), "second_drive": "constant"}
-    for volts, gone in ((1.4, False), (1.42, True)):
-        model = ConeModel(**own, second_voltage=volts)
-        assert bool(model.system.pulled_in(0.1, 0.0, model.own_numbers)) == gone
-        assert bool(model.system.pulled_in(0.1, 9.0, model.own_numbers)) == gone
 
 
 def test_the_current_of_a_film_that_creeps_is_that_of_its_charge_at_its_states():
@@ -405,23 +271,6 @@ def test_the_current_of_a_film_that_creeps_is_that_of_its_charge_at_its_states()
     slope = (charge(tau + h, z + h * rates) - charge(tau - h, z - h * rates)) / (2.0 * h)
     (found,) = system.currents(tau, [*z], n)
     assert float(found) == pytest.approx(float(slope), rel=1e-6)
-
-
-def test_a_start_outside_names_the_film_that_has_no_state_there():
-    pair = ConeModel(film="taut", second_film="taut", second_flat_height=3.0, stretch_limit=4.0)
-    n = pair.own_numbers
-    assert pair.system.outside(0.2, n).startswith("second film, stretch_limit = 4: must exceed I1 - 3 = ")
-    assert pair.system.outside(2.9, n).startswith("stretch_limit = 4: must exceed I1 - 3 = ")
-
-
-def test_the_static_slope_of_a_pair_is_that_of_both_films_and_its_limit_that_of_any():
-    pair, h = PAIRS["pair"], 1e-6
-    n, x = pair.own_numbers, np.array([-0.4, 0.1, 0.9])
-    force = [pair.system.static_force(x + s * h, 0.3, n)[0] for s in (1.0, -1.0)]
-    np.testing.assert_allclose(pair.system.static_force(x, 0.3, n)[1], (force[0] - force[1]) / (2.0 * h), rtol=1e-7)
-    for first, second, limit in ((20.0, np.inf, 1.0), (np.inf, 20.0, 1.0), (np.inf, np.inf, np.inf), (20.0, 30.0, 1.0)):
-        own = pair.replace(stretch_limit=first, second_stretch_limit=second)
-        assert own.system.strain_limit(own.own_numbers) == limit
 
 
 def test_a_line_has_the_voltage_of_its_films_and_its_source_that_before_the_resistance():
@@ -471,15 +320,3 @@ def test_what_a_second_film_alone_loses_counts_and_the_last_state_of_a_circuit_c
     assert "film" in pair.system.causes
     behind = ConeModel(film="taut", filter_time=0.3, series_resistance=0.4).system
     assert [behind.states[place].name for place in behind.charged] == ["film_voltage"]
-
-
-def test_each_film_pulls_in_statics_at_its_own_voltage():
-    pair = ConeModel(
-        film="taut", second_film="taut", second_flat_height=0.6, second_drive="constant", second_voltage=0.9,
-        second_hoop_prestretch=1.2, rest_height=0.2,
-    )  # fmt: skip
-    n, x = pair.own_numbers, 0.35
-    first, second = pair.system.films
-    expected = first.force(x, 0.3, [], n)[0] + second.force(x, 0.81, [], n)[0] + 1.5 * (x - 0.2)
-    assert pair.system.static_force(x, 0.3, n)[0] == pytest.approx(expected, rel=1e-13)
-    assert pair.system.force_under(x, [0.3, 0.81], n)[0] == pytest.approx(expected, rel=1e-13)

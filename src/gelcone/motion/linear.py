@@ -15,7 +15,6 @@ from gelcone.motion.regular import solved_where_regular
 from gelcone.motion.rest import COMMAND, circuits_at_rest, films_at_rest, stacked, uncurrented
 from gelcone.motion.settle import next_power_of_two
 from gelcone.physics.balance import rest_of
-from gelcone.physics.circuit import IdealSource
 from gelcone.physics.commanded import command_at
 from gelcone.physics.differentiate import Gradients, gradients
 from gelcone.physics.drive import PHASES, VOLTAGE
@@ -167,10 +166,10 @@ def slopes_under(members: Members, place: Array, voltages: Sequence[Array]) -> A
     (members, levels) under constant voltages on the films."""
     system, n, shape = members.system, dict(members.numbers(trailing=1)), place.shape
     volts = [np.broadcast_to(voltage, shape) for voltage in voltages]
-    commands = [command_at(system, system.line_of(k), place, one, n) for k, one in enumerate(volts)]
+    commands = [command_at(system, line, place, v, n) for line, v in zip(system.film_lines, volts, strict=True)]
     n["voltage_bias"] = 0.5 * (commands[0] + commands[-1]) if system.in_opposite_phase else commands[0]
     z, n = _states_at_rest(system, place, [one**2 for one in volts], commands[0], n)
-    rows = gradients(lambda z, n, xp: system.rates_under(n[COMMAND], z, n, xp), z, {**n, COMMAND: commands[0]})
+    rows = gradients(lambda z, n, xp: system.under(n[COMMAND], z, n, xp).rates(), z, {**n, COMMAND: commands[0]})
     return stacked(rows, shape)
 
 
@@ -208,14 +207,14 @@ def _operating_point(members: Members, omega: Array, orders: int) -> _OperatingP
     """
     system, n = members.system, members.numbers(trailing=1)
     samples = np.asarray(system.waveform.samples(n, max(4 * orders, CORNERED if system.waveform.pieced else 0)))
-    lines = [system.line_of(film) for film in range(len(system.films))]
-    if all_ideal(system):
-        commands = [np.asarray(system.command_of(line, samples, members.numbers(trailing=2))) for line in lines]
+    if system.ideal:
+        n = members.numbers(trailing=2)
+        commands = [np.asarray(system.command_of(line, samples, n)) for line in system.film_lines]
         squares = [np.broadcast_to(command**2, (members.size, 1, samples.shape[-1])) for command in commands]
         rest = _rest(members, squares)
         means = rest.z
     else:
-        squares, passed = [np.zeros((*omega.shape, 1)) for _ in lines], max(orders, LOADED)
+        squares, passed = [np.zeros((*omega.shape, 1)) for _ in system.films], max(orders, LOADED)
         for _ in range(MOST_TURNS):
             rest, before = _rest(members, squares), squares
             squares, means = _loaded(system, rest, samples, omega, passed)
@@ -226,11 +225,6 @@ def _operating_point(members: Members, omega: Array, orders: int) -> _OperatingP
             if max(change) < SAME_VOLTAGE:
                 break
     return _OperatingPoint(**vars(rest), squares=squares, means=means, mean=samples.mean(axis=-1))
-
-
-def all_ideal(system: ConeSystem) -> bool:
-    """True if all films have the commanded voltages."""
-    return all(line.circuit == IdealSource() for line in system.lines)
 
 
 def _rest(members: Members, squares: Sequence[Array]) -> _Rest:
@@ -248,7 +242,7 @@ def _states_at_rest(
     z = [place, np.zeros(place.shape), *(np.broadcast_to(start, place.shape) for start in system.starts(place, n))]
     z, n = uncurrented(system, command, films_at_rest(system, squares, z, n), n), dict(n)
     with np.errstate(all="ignore"):
-        n |= system.switches_under(command, z, n)
+        n |= system.under(command, z, n).switches()
         for k, film in enumerate(system.films):
             n |= film.switches(place, squares[k], system.states_of(z, "film", k), n)
     return circuits_at_rest(system, command, z, n), n
@@ -267,8 +261,7 @@ def _loaded(
         voltages[line.prefix], *found = _passed(system, line, at, samples, omega, orders)
         for i, values in zip(own, found, strict=True):
             z[i] = values
-    films = range(len(system.films))
-    squares = [system.squared_at(voltages[system.line_of(k).prefix], z, n, k) for k in films]
+    squares = [system.squared_at(voltages[line.prefix], z, n, k) for k, line in enumerate(system.film_lines)]
     shape = (*omega.shape, samples.shape[-1])
     return [np.broadcast_to(squared, shape) for squared in squares], [value.mean(axis=-1) for value in z]
 
@@ -341,7 +334,7 @@ def _harmonics(members: Members, omega: Array, orders: int) -> npt.NDArray[np.co
     there = np.flatnonzero(np.any([(drive != 0.0).any(axis=(0, 1)) for drive in drives], axis=0))
     drives = [drive[..., there] for drive in drives]
     multiples = (there + 1) * omega[..., None]
-    if members.system.planar and all_ideal(members.system):
+    if members.system.planar and members.system.ideal:
         drive = np.zeros((*at.place.shape, there.size), dtype=complex)
         for film, mean_square, harmonics in zip(members.system.films, at.mean_squares, drives, strict=True):
             with np.errstate(all="ignore"):
@@ -385,7 +378,7 @@ def _slopes(system: ConeSystem, at: _OperatingPoint) -> tuple[Array, list[Array]
         by, slopes, films = stacked(held, shape), np.zeros((*shape, count, count)), []
         slopes[..., places, :] = by[..., :count]
         moved = gradients(
-            lambda z, n, xp: system.squares_under(n[COMMAND], z, n, xp), at.means, {**at.n, COMMAND: at.mean}
+            lambda z, n, xp: system.under(n[COMMAND], z, n, xp).squares(), at.means, {**at.n, COMMAND: at.mean}
         )
         for k, row in enumerate(moved):
             film = np.zeros((*shape, count))

@@ -329,7 +329,7 @@ def _variables(
         strain = film.work(x, squared, y, n) + field - 0.5 * squared
         energies.append((strain, field, v * current))
         own = {"drive_voltage": commands[k], "current": current}
-        if not isinstance(system.line_of(k).circuit, IdealSource):
+        if not isinstance(system.film_lines[k].circuit, IdealSource):
             own["film_voltage"] = v
         own |= {name: getattr(state, name) for name in _OF_EACH_FILM}
         series |= {film.prefix + name: value for name, value in own.items()}

@@ -33,8 +33,8 @@ def rest_under(model: ConeModel, place: float, command: float) -> Array:
     system, n = model.system, model.numbers()
     z = list(model.members().start_states((place, 0.0))[0])
     if system.mechanical[len(DISC) :]:
-        lines = [system.line_of(k) for k in range(len(system.films))]
-        volts = [voltage_under(system, line, z[0], system.command_of(line, command, n), n) for line in lines]
+        own = ((line, system.command_of(line, command, n)) for line in system.film_lines)
+        volts = [voltage_under(system, line, z[0], commanded, n) for line, commanded in own]
         z = films_at_rest(system, [v * v for v in volts], z, n)
     return np.array(circuits_under(system, command, z, n), dtype=float)
 
@@ -45,7 +45,7 @@ def circuits_under(system: ConeSystem, command: Any, z: Sequence[Any], n: Mappin
     z = uncurrented(system, command, z, n)
     switches: dict[str, Any] | None = None
     for _ in range(MOST_SIDES if len(system.mechanical) < len(z) else 0):
-        before, switches = switches, system.switches_under(command, z, n)
+        before, switches = switches, system.under(command, z, n).switches()
         if before == switches:
             break
         z = circuits_at_rest(system, command, z, {**n, **switches})

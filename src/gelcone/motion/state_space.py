@@ -14,7 +14,6 @@ from gelcone.devices.device import Device
 from gelcone.devices.scales import MEASURES
 from gelcone.errors import InputError, MissingDependency, check_names
 from gelcone.motion.constant_voltage import biased_like
-from gelcone.motion.linear import all_ideal
 from gelcone.motion.ramp import stroke_and_blocked_force
 from gelcone.motion.rest import rest_under
 from gelcone.physics.component import State
@@ -171,12 +170,12 @@ def _linearised(
     given = "voltage_bias =" if voltage is None else "voltage:"
     n, place = model.numbers(), equilibrium_under_bias(model, bias, given)
     at = [*map(float, rest_under(model, place, bias)), bias]
-    switches = system.switches_under(bias, [np.float64(value) for value in at[:-1]], n)
+    switches = system.under(bias, [np.float64(value) for value in at[:-1]], n).switches()
     n = {**n, **switches}
-    slopes = gradients(lambda z, xp: system.rates_under(z[-1], z[:-1], n, xp), at)
+    slopes = gradients(lambda z, xp: system.under(z[-1], z[:-1], n, xp).rates(), at)
     jacobian, count = np.array(slopes, dtype=float), len(system.states)
     pushed = np.eye(count)[:, 1:2]
-    if "voltage_rate" in inputs and not all_ideal(system):
+    if "voltage_rate" in inputs and not system.ideal:
         raise InputError("voltage_rate: is an input of an ideal source, and here is a circuit; leave it out")
     columns = {"voltage": jacobian[:, -1:], "force": pushed, "voltage_rate": 0.0 * pushed}
     B = np.hstack([columns[name] for name in inputs])
@@ -211,16 +210,17 @@ def _output_rows(
 
     def values(z: list[Any], xp: Any) -> list[Any]:
         own = {**n, **{name: xp.constant(float(np.ravel(value)[0])) for name, value in switches.items()}}
-        v = system.electric(system.line_of(0), z[-1], 0.0, z[:-1], own, xp)[0]
+        moment = system.under(z[-1], z[:-1], own, xp)
+        v = moment.voltage(system.lines[0])
         found = {"displacement": z[0], "velocity": z[1], "film_voltage": v}
         if wanted & {"charge", "capacitance"}:
             found["capacitance"] = system.films[0].capacitance(
                 z[0], v * v, system.states_of(z[:-1], "film", 0), own, xp
             )
             delays = system.circuit.delays
-            found["charge"] = system.stored_under(z[-1], z[:-1], own, xp) if delays else v * found["capacitance"]
+            found["charge"] = moment.stored(system.lines[0]) if delays else v * found["capacitance"]
         if "leak" in wanted:
-            found["leak"] = system.leaks_under(z[-1], z[:-1], own, xp)[0]
+            found["leak"] = moment.leaks()[0]
         return [xp.node(found[name]) for name in rows]
 
     rows = [*("charge" if name == "current" else name for name in outputs), "leak"]

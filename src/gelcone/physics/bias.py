@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import reduce
 from typing import Any
 
 import numpy as np
@@ -107,6 +108,11 @@ class Bias(Component):
     def stiffness_scale(self, n: Numbers) -> Any:
         """A typical stiffness, which bounds the rate of the motion. Default: that at the flat film."""
         return np.abs(self.force(0.0, [], n)[1])
+
+
+def summed(pulls: Sequence[tuple[Any, Any]]) -> tuple[Any, Any]:
+    """The sums of forces and of their slopes."""
+    return reduce(lambda one, other: (one[0] + other[0], one[1] + other[1]), pulls)
 
 
 class LinearSpring(Bias):
@@ -312,11 +318,7 @@ class Together(Bias):
         return found
 
     def force(self, x: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
-        pulls = [part.force(x, own, n, xp) for part, own in self._own(y)]
-        force, slope = pulls[0]
-        for more, steeper in pulls[1:]:
-            force, slope = force + more, slope + steeper
-        return force, slope
+        return summed([part.force(x, own, n, xp) for part, own in self._own(y)])
 
     def rates(self, x: Any, velocity: Any, y: list[Any], n: Numbers, xp: Any = np) -> list[Any]:
         return [rate for part, own in self._own(y) for rate in part.rates(x, velocity, own, n, xp)]

@@ -112,7 +112,7 @@ class DrivenSystem(ConeSystem):
         return tuple((None, Border(partial(self._field_left, k), seldom=True)) for k in films)
 
     def _field_left(self, k: int, tau: Any, z: Sequence[Any], n: Numbers, xp: Any) -> Any:
-        voltage = self._moment(tau, z, n, xp).voltage(self.line_of(k))
+        voltage = self._moment(tau, z, n, xp).voltage(self.film_lines[k])
         state = self.films[k].traced_state(z[0], voltage * voltage, self.states_of(z, "film", k), n, xp)
         return n[STRENGTH_SQUARED] - (0.0 * z[0] if state is None else state.field_squared)
 

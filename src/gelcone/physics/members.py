@@ -148,7 +148,7 @@ class Ensemble:
             samples = system.waveform.samples(self.own_numbers)
             return np.abs(system.command_of(line, samples, self.numbers(trailing=1))).max(axis=-1)[()]
 
-        return [peak(system.line_of(film)) for film in range(len(system.films))]
+        return [peak(line) for line in system.film_lines]
 
     def __getattr__(self, name: str) -> Any:
         """A parameter by its name; None for one that the system knows but does not use."""

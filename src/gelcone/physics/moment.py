@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import reduce
+from operator import add
 from typing import Any
 
 import numpy as np
@@ -36,15 +38,11 @@ class Moment:
     def port(self, line: Line) -> Port:
         """The connections of a line's circuit."""
         system = self.system
-
-        def rate_of_command() -> Any:
-            return system.command_slope(line) * self.command_rate()
-
         return Port(
             command=system.command_of(line, self.command, self.n),
             displacement=self.z[0],
             velocity=self.z[1],
-            rate_of_command=rate_of_command,
+            rate_of_command=lambda: system.command_slope(line) * self.command_rate(),
             films=tuple((system.films[k], system.states_of(self.z, "film", k)) for k in line.films),
             n=self.n,
             xp=self.xp,
@@ -75,8 +73,12 @@ class Moment:
         """Squared voltage on a film."""
         if self._squares is not None:
             return self._squares[film]
-        line = self.system.line_of(film)
+        line = self.system.film_lines[film]
         return line.circuit.squared(self.port(line), self.voltage(line), *self._own(line))
+
+    def squares(self) -> list[Any]:
+        """Squared voltage on each film."""
+        return [self.squared(k) for k in range(len(self.system.films))]
 
     def stored(self, line: Line) -> Any:
         """Charge on a line's films."""
@@ -89,6 +91,10 @@ class Moment:
     def charging(self, line: Line) -> Any:
         """Rate of the charge on a line's films, for a circuit whose last state is their voltage."""
         return line.circuit.charging(self.port(line), *self._own(line), self.xp)
+
+    def rates(self, circuits: bool = True) -> list[Any]:
+        """Rates of change of all states, or without those of ``circuits``."""
+        return self.rates_and_slope(circuits)[0]
 
     def rates_and_slope(self, circuits: bool = True) -> tuple[list[Any], Any]:
         """Rates of change of all states, or without those of ``circuits``, and the derivative of the acceleration by
@@ -132,16 +138,14 @@ class Moment:
 
     def mechanical_powers(self) -> tuple[Any, Any]:
         """The power of films and field on the disc, and the power of its damper."""
-        force = self._force(0)[0]
-        for k in range(1, len(self.system.films)):
-            force = force + self._force(k)[0]
+        force = reduce(add, (self._force(k)[0] for k in range(len(self.system.films))))
         for film in self.system.films:
             force = force + film.drag(self.z[0], self.n) * self.z[1] if film.drags else force
         return -force * self.z[1], 2.0 * self.n["damping_ratio"] * self.z[1] * self.z[1]
 
     def electric_powers(self, time: Node, z: Sequence[Node], causes: Sequence[str]) -> list[Any]:
         """The power by each of the ``causes``, in a graph: sources, losses of films and of circuits."""
-        rates = self.rates_and_slope()[0]
+        rates = self.rates()
         found: dict[str, Any] = dict.fromkeys(causes, 0.0)
         for line in self.system.lines if "source" in found else ():
             port, (y, n) = self.port(line), self._own(line)

@@ -12,13 +12,14 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone.errors import InputError
+from gelcone.physics.at_rest import BIAS_SHARE
 from gelcone.physics.balance import StaticBalance, rest_of, single_balance
 from gelcone.physics.commanded import commanded_balance
 from gelcone.physics.component import Component
 from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.model import ConeModel
 from gelcone.physics.rests import single_rests
-from gelcone.physics.system import BIAS_SHARE, ConeSystem
+from gelcone.physics.system import ConeSystem
 from gelcone.quantity import Array
 
 E = TypeVar("E", ConeModel, Members)

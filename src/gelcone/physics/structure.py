@@ -11,7 +11,7 @@ import numpy as np
 
 from gelcone.errors import InputError
 from gelcone.physics.bias import Bias
-from gelcone.physics.circuit import Circuit
+from gelcone.physics.circuit import Circuit, IdealSource
 from gelcone.physics.component import Component, Numbers, State, uncached
 from gelcone.physics.drive import Pieced, Waveform
 from gelcone.physics.film.film import Film
@@ -124,9 +124,15 @@ class Structure:
         more = (Line(circuits[str(drive)], (k,), drive, PREFIX) for k, drive in own)
         return (Line(self.circuit, shared, None, ""), *more)
 
-    def line_of(self, film: int) -> Line:
-        """The line of a film."""
-        return next(line for line in self.lines if film in line.films)
+    @cached_property
+    def film_lines(self) -> tuple[Line, ...]:
+        """The line of each film."""
+        return tuple(next(line for line in self.lines if k in line.films) for k in range(len(self.films)))
+
+    @cached_property
+    def ideal(self) -> bool:
+        """Whether all films have the commanded voltages."""
+        return all(line.circuit == IdealSource() for line in self.lines)
 
     # --- names -------------------------------------------------------------------------------------------------------
 

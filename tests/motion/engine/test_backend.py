@@ -210,7 +210,7 @@ def test_a_triangular_drive_is_followed_piece_by_piece():
         voltage, rate = (float(f(np.array([middle]), n)[0]) for f in (waveform.voltage, waveform.voltage_rate))
 
         def flow(tau, z, voltage=voltage, rate=rate, middle=middle):
-            rates = model.system.rates_under(voltage + rate * (tau - middle), [np.array([x]) for x in z], n)
+            rates = model.system.under(voltage + rate * (tau - middle), [np.array([x]) for x in z], n).rates()
             return [float(np.ravel(each)[0]) for each in rates]
 
         state, at = solve_ivp(flow, (at, end), state, method="DOP853", rtol=1e-11, atol=1e-12).y[:, -1], end
