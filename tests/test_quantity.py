@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gelcone.errors import InputError
-from gelcone.quantity import ALL_CORES, LARGEST, MOST, Quantity, check_count, spread
+from gelcone.quantity import ALL_CORES, LARGEST, MOST, Quantity, check_count, spread, taken
 
 ANY = Quantity("a", "anything finite", 0.25)
 POSITIVE = Quantity("p", "positive", 1.0, positive=True)
@@ -173,3 +173,9 @@ def test_a_value_is_spread_over_a_shape():
     assert spread(own, (2,)) is own
     with pytest.raises(ValueError, match="broadcast"):
         spread(own, (3,))
+
+
+def test_a_number_is_the_same_at_all_places_and_an_array_is_spread_before_places_are_taken():
+    places = np.array([[True, False, True], [False, False, True]])
+    assert taken(3.0, places) == 3.0
+    np.testing.assert_array_equal(taken(np.array([1.0, 2.0, 4.0]), places), [1.0, 4.0, 4.0])

@@ -34,6 +34,11 @@ def spread(value: Any, shape: tuple[int, ...]) -> Array:
     return array if array.shape == shape else np.broadcast_to(array, shape)
 
 
+def taken(value: Any, places: Array) -> Any:
+    """An array, broadcast to a mask, at the places in it; a number unchanged."""
+    return np.broadcast_to(value, places.shape)[places] if np.ndim(value) else value
+
+
 @dataclass(frozen=True)
 class Quantity:
     """The meaning of a parameter and the values it may take.

@@ -100,10 +100,14 @@ def shapes(piece: str) -> dict[str, tuple[int, ...]]:
 @cache
 def names(piece: str, what: str) -> np.ndarray[Any, np.dtype[Any]]:
     """Names of the numbers of one kind, in their shape."""
-    shape = shapes(piece)[what]
+    return numbered(f"{piece}_{what}", shapes(piece)[what])
+
+
+def numbered(name: str, shape: tuple[int, ...]) -> np.ndarray[Any, np.dtype[Any]]:
+    """Names that end in the indices of their places in an array of a ``shape``."""
     found = np.empty(shape, dtype=object)
     for place in np.ndindex(shape):
-        found[place] = "_".join([piece, what, *map(str, place)])
+        found[place] = "_".join([name, *map(str, place)])
     return found
 
 
@@ -237,13 +241,16 @@ def tensor(columns: tuple[Any, Any], q: Any) -> tuple[Any, Any, Any]:
 
 def ends(piece: str, u: Any, q: Any, n: Numbers) -> Ends:
     """Lengths and fields of one piece, for numbers, arrays or the expressions of a program."""
-    power, found = powers(u, LENGTH[0]), []
-    for what in Ends._fields:
-        value: Any = 0.0
-        for column in names(piece, what).T[::-1]:
-            value = value * q + _sum([n[name] for name in column], power)
-        found.append(value)
-    return Ends(*found)
+    power = powers(u, LENGTH[0])
+    return Ends(*(double_sum(names(piece, what), power, q, n) for what in Ends._fields))
+
+
+def double_sum(name: np.ndarray[Any, np.dtype[Any]], power: Sequence[Any], q: Any, n: Numbers) -> Any:
+    """The sum of c_ij u^i q^j, whose c_ij have the names ``name``, from the powers of u."""
+    found: Any = 0.0
+    for column in name.T[::-1]:
+        found = found * q + _sum([n[one] for one in column], power)
+    return found
 
 
 def columns(piece: str, what: str, n: Numbers, power: Sequence[Any], q: Any) -> tuple[Any, Any]:

@@ -15,6 +15,8 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from gelcone.quantity import taken
+
 Array = np.ndarray[Any, np.dtype[Any]]
 ENOUGH = 25
 """Newton iterations that find a natural width from any start."""
@@ -105,8 +107,8 @@ class Gel:
 
     def _of(self, places: Array) -> Gel:
         """The gel at the places of a mask, if its numbers are arrays over places."""
-        own = {name: _of(value, places) for name, value in self.numbers.items()}
-        return Gel(self.law, own, _of(self.A, places), _of(self.B, places))
+        own = {name: taken(value, places) for name, value in self.numbers.items()}
+        return Gel(self.law, own, taken(self.A, places), taken(self.B, places))
 
     def width(self, l1: Array, l2: Array, V: Array) -> Array:
         """The squared width of rings, natural where their hoop is slack."""
@@ -189,11 +191,6 @@ class Gel:
         first = int(np.argmax(falls))
         fine = np.linspace(t[max(first - 1, 0)], t[first + 1], 20001)
         return float(fine[np.argmax(self.crumpling(fine))])
-
-
-def _of(value: Any, places: Array) -> Any:
-    """An array at the places of a mask; a number unchanged."""
-    return np.broadcast_to(value, places.shape)[places] if np.ndim(value) else value
 
 
 def root(value: Callable[[Array, Array], Array], ends: tuple[Array, Array], V: Array) -> Array:

@@ -8,7 +8,7 @@ from numpy.polynomial import chebyshev, polynomial
 from gelcone.membrane.gel import Array
 
 SMALLEST = 1e-6
-"""Singular values below this share of the largest are left out of a fit."""
+"""Singular values below this share of the largest are left out of a fit by default."""
 
 
 def products(u: Array, q: Array, degrees: tuple[int, int]) -> Array:
@@ -24,9 +24,9 @@ def products_with_slope(u: Array, q: Array, degrees: tuple[int, int]) -> tuple[A
     return products(u, q, degrees), by_q.reshape(u.size, -1)
 
 
-def solved(matrix: Array, values: Array, weight: Array) -> Array:
+def solved(matrix: Array, values: Array, weight: Array, smallest: float = SMALLEST) -> Array:
     """The coefficients of the columns of ``matrix`` whose weighted sum of squared errors from ``values`` is least."""
-    found: Array = np.linalg.lstsq(matrix * weight[:, None], values * weight, rcond=SMALLEST)[0]
+    found: Array = np.linalg.lstsq(matrix * weight[:, None], values * weight, rcond=smallest)[0]
     return found
 
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from gelcone.physics.trace import Graph, Node, ordered
-from gelcone.quantity import Array
+from gelcone.quantity import taken
 
 ENOUGH = 1e-9
 """Relative size of the last correction: Newton's method squares its error, so that the next is below rounding."""
@@ -208,16 +208,11 @@ def newton(
                 break
             if known and 2 * np.count_nonzero(moving) <= moving.size:
                 roots.flat[places] = y.ravel()
-                known = {key: _rows(value, moving) for key, value in known.items()}
+                known = {key: taken(value, moving) for key, value in known.items()}
                 places, y, moving = places[moving.ravel()], y[moving], moving[moving]
             value = residual(y, known)
         roots.flat[places] = y.ravel()
     return roots[()]
-
-
-def _rows(value: Any, chosen: Array) -> Any:
-    """The elements, in the mask ``chosen``, of a number or array that is broadcast to its shape."""
-    return value if np.ndim(value) == 0 else np.broadcast_to(value, chosen.shape)[chosen]
 
 
 def gradients(

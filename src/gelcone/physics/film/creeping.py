@@ -32,7 +32,7 @@ from gelcone.physics.component import Numbers
 from gelcone.physics.film.film import Border
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.implicit import known, root, traced
-from gelcone.quantity import Array
+from gelcone.quantity import Array, taken
 
 NEARLY = 3e-4
 """The Hessian over the modulus, and over its square in two dimensions, at which a minimum counts as ended."""
@@ -386,7 +386,7 @@ class Creeping:
 
 def _chosen(which: Any, q: Any, squared: Any, y: list[Any], n: Numbers) -> tuple[Any, Any, list[Any], dict[str, Any]]:
     """The arguments of the formulas, reduced to the elements in the mask ``which``."""
-    own = {name: np.broadcast_to(v, which.shape)[which] if np.ndim(v) else v for name, v in n.items()}
+    own = {name: taken(value, which) for name, value in n.items()}
     q, squared, *y = (np.broadcast_to(value, which.shape)[which] for value in (q, squared, *y))
     return q, squared, y, own
 

@@ -20,6 +20,7 @@ from gelcone.physics.film.crumpling import SAME_STRETCH, crumpling
 from gelcone.physics.film.film import Border
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.implicit import known, root, traced
+from gelcone.quantity import taken
 
 STEEP = 1e10
 """Slope, over a push, of the V that stands for it: no voltage makes a film push, so that V exceeds `UNREACHED`."""
@@ -437,4 +438,4 @@ def _highest(function: Callable[[Any], Any], end: Any) -> Any:
 
 def _taken(n: Numbers, where: Any) -> dict[str, Any]:
     """The numbers at the places in a mask."""
-    return {name: np.broadcast_to(value, where.shape)[where] for name, value in n.items()}
+    return {name: taken(value, where) for name, value in n.items()}

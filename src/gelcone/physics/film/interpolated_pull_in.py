@@ -13,7 +13,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from gelcone.physics.film.pull_in import DEFAULT_RADIUS_RATIO, CurveKey, PullInCurve, curve_of, curves_between
+from gelcone.physics.film.pull_in import (
+    DEFAULT_RADIUS_RATIO,
+    CurveKey,
+    PullInCurve,
+    curve_keys,
+    curve_of,
+    curves_between,
+)
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.film.wrinkling import WrinklingCone
 from gelcone.quantity import Array
@@ -107,11 +114,7 @@ def _keys_of(members: Members) -> list[CurveKey]:
     taut = type(film) is TautCone and "radius_ratio" in own
     if not isinstance(film, TautCone) or not (wrinkling or taut) or len(members.system.films) > 1:
         return []
-    law = film.law.numbers(own)
-    ratio = own.get("radius_ratio", DEFAULT_RADIUS_RATIO)
-    columns = np.broadcast_arrays(*map(np.square, film.stretches(own)), ratio, *law.values(), np.zeros(members.size))
-    rows = np.unique(np.stack(columns[:-1], axis=1), axis=0).tolist()
-    return [(film.law, tuple(zip(law, numbers, strict=True)), A, B, ratio) for A, B, ratio, *numbers in rows]
+    return curve_keys(film, own, own.get("radius_ratio", DEFAULT_RADIUS_RATIO))[0]
 
 
 def _row(key: CurveKey) -> list[float]:

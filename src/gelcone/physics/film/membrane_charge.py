@@ -21,7 +21,7 @@ from numpy.polynomial import chebyshev
 from gelcone import disk_cache
 from gelcone.membrane import force as formulas
 from gelcone.membrane import made
-from gelcone.membrane.least_squares import chebyshev_to_powers
+from gelcone.membrane.least_squares import chebyshev_to_powers, products, solved
 from gelcone.physics.component import Numbers
 from gelcone.quantity import Array
 
@@ -51,31 +51,19 @@ def names() -> tuple[str, ...]:
 
 @cache
 def _names(piece: str, part: str) -> np.ndarray[Any, np.dtype[Any]]:
-    shape = tuple(degree + 1 for degree in PARTS[part])
-    found = np.empty(shape, dtype=object)
-    for place in np.ndindex(shape):
-        found[place] = "_".join([piece, "charge", part, *map(str, place)])
-    return found
+    return formulas.numbered(f"{piece}_charge_{part}", tuple(degree + 1 for degree in PARTS[part]))
 
 
 def capacitance(piece: str, s: Any, own: formulas.Spot, n: Numbers, behind: Sequence[Any]) -> Any:
     """The capacitance at the spot ``own`` of a piece; ``behind`` holds 1 or 0 for ``rim`` and ``whole``: whether their
     parts count."""
     power = formulas.powers(own.u, PARTS["main"][0])
-    total = _value(piece, "main", own.q, power, n)
+    total = formulas.double_sum(_names(piece, "main"), power, own.q, n)
     for part, distance, counts in zip(("rim", "whole"), (own.rim, own.whole), behind, strict=True):
         if getattr(counts, "value", None) != 0.0:
             factor = counts * distance
-            total = total + factor * factor * _value(piece, part, own.q, power, n)
+            total = total + factor * factor * formulas.double_sum(_names(piece, part), power, own.q, n)
     return (1.0 + s) * total
-
-
-def _value(piece: str, part: str, q: Any, power: Sequence[Any], n: Numbers) -> Any:
-    """The sum of c_ij u^i q^j."""
-    found: Any = 0.0
-    for column in _names(piece, part).T[::-1]:
-        found = found * q + sum((n[name] * one for name, one in zip(column[1:], power[1:], strict=False)), n[column[0]])
-    return found
 
 
 def numbers_of(
@@ -119,10 +107,8 @@ def _fitted(piece: str, area: Area, n: Numbers) -> Array:
     weight = weight / (np.abs(known - 1.0 / (1.0 + s)) + FLOOR)
     parts = []
     for part, factor in (("main", 1.0), ("rim", np.maximum(own.rim, 0.0)), ("whole", np.maximum(own.whole, 0.0))):
-        products = chebyshev.chebvander2d(own.u, 2.0 * own.q - 1.0, PARTS[part])
-        parts.append(products * np.square(factor + 0.0 * s)[:, None])
-    matrix = np.hstack(parts)[there] * weight[there, None]
-    values = np.linalg.lstsq(matrix, (known * weight)[there], rcond=SMALLEST)[0]
+        parts.append(products(own.u, own.q, PARTS[part]) * np.square(factor + 0.0 * s)[:, None])
+    values = solved(np.hstack(parts)[there], known[there], weight[there], SMALLEST)
     split = np.split(values, np.cumsum([part.shape[1] for part in parts])[:-1])
     shaped = (own.reshape([d + 1 for d in PARTS[part]]) for part, own in zip(PARTS, split, strict=True))
     return np.concatenate([chebyshev_to_powers(own).ravel() for own in shaped])

@@ -64,12 +64,11 @@ def membrane_pull_in(model: ConeModel) -> PullInCurve | None:
     film = model.film
     if not isinstance(film, WrinklingCone) or film.pull_in != "first" or len(model.system.films) > 1 or model.shape:
         return None
-    numbers, law = model.own_numbers, film.law.numbers(model.values)
     ratio = float(model.values.get("radius_ratio", DEFAULT_RADIUS_RATIO))
     if not ratio < 1.0:
         raise InputError(f"radius_ratio = {ratio:g}: must lie between 0 and 1; the disc is smaller than its ring")
-    squares = float(numbers["A"]), float(numbers["B"])
-    return curve_of(film.law, tuple((name, float(value)) for name, value in law.items()), *squares, ratio)
+    (key,), _ = curve_keys(film, model.members().values, ratio)
+    return curve_of(*key)
 
 
 CurveKey = tuple[StrainEnergyLaw, tuple[tuple[str, float], ...], float, float, float]
@@ -98,6 +97,17 @@ def store_curve(key: CurveKey, found: PullInCurve | None) -> None:
     if len(_curves) >= MOST:
         _curves.clear()
     _curves[key] = found
+
+
+def curve_keys(
+    film: TautCone, values: Mapping[str, Array], ratio: npt.ArrayLike
+) -> tuple[list[CurveKey], npt.NDArray[np.intp]]:
+    """The keys of the different cones of members, by their ``values`` and a/b, and the index of that of each member."""
+    law = film.law.numbers(values)
+    columns = np.broadcast_arrays(*map(np.square, film.stretches(values)), ratio, *law.values())
+    rows, which = np.unique(np.stack(columns, axis=1), axis=0, return_inverse=True)
+    keys = [(film.law, tuple(zip(law, own, strict=True)), A, B, a_b) for A, B, a_b, *own in rows.tolist()]
+    return keys, which.ravel()
 
 
 def curve_of(
@@ -151,16 +161,14 @@ def curves_of_members(
     film, own = placed.film, placed.own(values)
     if not isinstance(film, TautCone) or not is_cone(placed) or "radius_ratio" not in own:
         return None
-    law, stretches = film.law.numbers(own), film.stretches(own)
-    columns = np.broadcast_arrays(*map(np.square, stretches), own["radius_ratio"], *law.values())
-    films, film_of_member = np.unique(np.stack(columns, axis=1), axis=0, return_inverse=True)
+    keys, which = curve_keys(film, own, own["radius_ratio"])
     found, missing = [], getattr(_thread, "missing", None)
-    for k, (A, B, ratio, *numbers) in enumerate(films.tolist()):
-        key = (film.law, tuple(zip(law, numbers, strict=True)), A, B, ratio)
-        if missing is not None and key not in _curves and key not in curves_between and 0.0 < ratio < 1.0:
+    for k, key in enumerate(keys):
+        possible = 0.0 < key[-1] < 1.0
+        if missing is not None and key not in _curves and key not in curves_between and possible:
             missing[key] = None
             return None
-        curve = curve_of(*key) if 0.0 < ratio < 1.0 else None
+        curve = curve_of(*key) if possible else None
         if curve is not None:
-            found.append((film_of_member.ravel() == k, curve))
+            found.append((which == k, curve))
     return found
