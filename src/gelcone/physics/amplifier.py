@@ -311,11 +311,8 @@ class Amplifier(Circuit):
         return Amplifier(leaks) if leaks else super().held
 
     def powers(self, port: Port, current: Any, y: list[Any], n: Numbers, xp: Any = np) -> Mapping[str, Any]:
-        source, v, leak = (
-            self.source_voltage(port, y, n, xp),
-            self.voltage(port, y, n, xp),
-            sum(self.leaks(port, y, n, xp)),
-        )
+        source, v = self.source_voltage(port, y, n, xp), self.voltage(port, y, n, xp)
+        leak = sum(self.leaks(port, y, n, xp))
         through = self._through(port, y, n) if self.carries_voltage else current + leak
         lost = {"resistor": (source - v) * through, "leak": v * leak}
         if self.delays:
@@ -329,16 +326,15 @@ def with_electrics(
 ) -> tuple[Any, dict[str, Any]]:
     """Return the ideal source, or the amplifier with the `ELECTRICS` among the ``parameters`` of a model, and the
     parameters without absent ones; any other circuit stays unchanged. ``reduced``: see `Amplifier`; None: as given."""
-    named = given if isinstance(given, str) else given.get("component") if isinstance(given, Mapping) else given.name
+    own = {"component": given} if isinstance(given, str) else given
+    own = own if isinstance(own, Mapping) else {"component": given.name, **vars(given)}
+    named = own.get("component")
     if named not in ("ideal", "amplifier") or not isinstance(given, str | Mapping | IdealSource | Amplifier):
         if reduced:
             raise InputError(f"reduced: the circuit {named!r} has no series_resistance; leave it out")
         return given, dict(parameters)
-    if reduced is None:
-        reduced = given.get("reduced", False) if isinstance(given, Mapping) else getattr(given, "reduced", False)
-    taken = (
-        given.takes if isinstance(given, Amplifier) else given.get("takes", ()) if isinstance(given, Mapping) else ()
-    )
+    reduced = own.get("reduced", False) if reduced is None else reduced
+    taken = own.get("takes", ())
     stated = {name for name in ELECTRICS if parameters.get(name) is not None}
     absent = {name for name in stated if _absent(name, parameters[name])}
     takes = tuple(name for name in {**dict.fromkeys(taken), **dict.fromkeys(stated)} if name not in absent)

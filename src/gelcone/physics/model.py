@@ -326,33 +326,20 @@ def _films(first: Film, given: Any, drive: str | None) -> tuple[PlacedFilm, ...]
             )
         return (PlacedFilm(first),)
     film = given if isinstance(given, Film) else _film(given, None, None)
-    if isinstance(film, GelFilm) and isinstance(first, GelFilm):
-        film = with_fields(film, law=first.law, prestretch_mode=first.prestretch_mode)  # type: ignore[type-var]
-    if isinstance(film, BranchedFilm) and isinstance(first, BranchedFilm) and first.branches:
-        film = with_fields(
-            film, **{name: getattr(first, name) for name in ("branches", "flow", "flow_exponent", "rested", "reduced")}
-        )
-    if isinstance(film, WrinklingCone) and isinstance(first, WrinklingCone):
-        film = with_fields(film, pull_in=first.pull_in)
+    of_branches = OF_FILM[1:] if getattr(first, "branches", 0) else ()
+    shared = {GelFilm: ("law", "prestretch_mode"), BranchedFilm: of_branches, WrinklingCone: OF_FILM[:1]}
+    for kind, names in shared.items():
+        if isinstance(film, kind) and isinstance(first, kind):
+            film = with_fields(film, **{name: getattr(first, name) for name in names})  # type: ignore[type-var]
     return PlacedFilm(first), PlacedFilm(film, "same" if drive is None else drive)
 
 
 def _system(
-    film: Film,
-    second_film: Any = None,
-    second_drive: str | None = None,
-    *,
-    bias: Any = "spring",
-    waveform: Any = "sine",
-    circuit: Any = "ideal",
+    film: Film, second_film: Any = None, second_drive: str | None = None, *, bias: Any, waveform: Any, circuit: Any
 ) -> ConeSystem:
     """Assemble the components; `InputError` for one that is not known."""
-    return _put_together(
-        _films(film, second_film, second_drive),
-        find_bias(bias),
-        find_waveform(waveform),
-        find_circuit(circuit),
-    )
+    films = _films(film, second_film, second_drive)
+    return _put_together(films, find_bias(bias), find_waveform(waveform), find_circuit(circuit))
 
 
 @lru_cache(maxsize=64)

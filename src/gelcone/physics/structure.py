@@ -46,6 +46,15 @@ class Line(NamedTuple):
             return n
         return {**n, **{str(b.switch): n[self.prefix + str(b.switch)] for b in self.circuit.borders}}
 
+    @property
+    def states(self) -> tuple[State, ...]:
+        """The states of the circuit, with the prefix of their names."""
+        return tuple(renamed(state, self.prefix) for state in self.circuit.states)
+
+    def starts(self, x: Any, n: Numbers) -> list[Any]:
+        """Initial values of the circuit's states in a run from the displacement x."""
+        return self.circuit.starts(x, self.own(n))
+
 
 @dataclass(frozen=True)
 class Structure:
@@ -145,26 +154,24 @@ class Structure:
     @cached_property
     def states(self) -> tuple[State, ...]:
         """Displacement and velocity, and the states of the components."""
-        return (*DISC, *(state for _, states in self._added for state in states))
+        return (*DISC, *(state for _, owner in self._added for state in owner.states))
 
     @cached_property
-    def _added(self) -> tuple[tuple[Any, tuple[State, ...]], ...]:
-        """The owners of the components' states, in order, with the states of each."""
-        found: list[tuple[Any, tuple[State, ...]]] = []
-        lines = list(self.lines)
+    def _added(self) -> tuple[tuple[Any, PlacedFilm | Bias | Line], ...]:
+        """The owners of the components' states, in order, with the names of their places."""
+        found: list[tuple[Any, PlacedFilm | Bias | Line]] = []
         for k, film in enumerate(self.films):
-            found.append((("film", k), film.states))
-            found += [(("bias",), self.bias.states)] if k == 0 else []
-            for line in [line for line in lines if line.films[0] == k]:
-                found.append((("line", line.prefix), tuple(renamed(s, line.prefix) for s in line.circuit.states)))
+            found.append((("film", k), film))
+            found += [(("bias",), self.bias)] if k == 0 else []
+            found += [(("line", line.prefix), line) for line in self.lines if line.films[0] == k]
         return tuple(found)
 
     @cached_property
     def _places(self) -> dict[Any, slice]:
         places, begin = {}, len(DISC)
-        for owner, states in self._added:
-            places[owner] = slice(begin, begin + len(states))
-            begin += len(states)
+        for place, owner in self._added:
+            places[place] = slice(begin, begin + len(owner.states))
+            begin += len(owner.states)
         return places
 
     def places_of(self, line: Line) -> range:
@@ -177,24 +184,15 @@ class Structure:
 
     def starts(self, x: Any, n: Numbers) -> list[Any]:
         """Initial values of the states of the components in a run from the displacement x."""
-        found: list[Any] = []
-        for owner, _ in self._added:
-            if owner[0] == "film":
-                found += self.films[owner[1]].starts(x, n)
-            elif owner[0] == "bias":
-                found += self.bias.starts(x, n)
-            else:
-                line = next(line for line in self.lines if line.prefix == owner[1])
-                found += line.circuit.starts(x, line.own(n))
-        return found
+        return [start for _, owner in self._added for start in owner.starts(x, n)]
 
     def relaxed(self, x: Any, squares: Sequence[Any], n: Numbers) -> list[Any]:
         """The states of films and bias at rest at x and constant squared voltages; None for those that are unknown."""
         found: list[Any] = []
-        for owner, states in self._added:
-            if owner[0] != "line":
-                own = self.films[owner[1]].relaxed(x, squares[owner[1]], n) if owner[0] == "film" else None
-                found += [None] * len(states) if own is None else own
+        for place, owner in self._added:
+            if not isinstance(owner, Line):
+                own = owner.relaxed(x, squares[place[1]], n) if isinstance(owner, PlacedFilm) else None
+                found += [None] * len(owner.states) if own is None else own
         return found
 
     @cached_property

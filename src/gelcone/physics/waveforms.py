@@ -23,6 +23,11 @@ CLOSEST = 1e-12
 """Least share of a repeat between two samples, from which slopes and curvatures are computed."""
 
 
+def _peak_of_sine(waveform: Waveform, n: Numbers) -> Any:
+    """Largest absolute value of a voltage whose shape reaches 1 and -1."""
+    return np.asarray(n["voltage"]) + np.abs(n["voltage_bias"])
+
+
 class Sine(Waveform):
     """v0 + v sin(omega tau).
 
@@ -42,8 +47,7 @@ class Sine(Waveform):
     def shape_rate(self, phase: Any, n: Numbers, xp: Any = np) -> Any:
         return xp.cos(phase)
 
-    def peak(self, n: Numbers) -> Any:
-        return np.asarray(n["voltage"]) + np.abs(n["voltage_bias"])
+    peak = _peak_of_sine
 
 
 def _check_flags(name: str, **flags: Any) -> None:
@@ -69,11 +73,8 @@ def edges(rise: Any, high: Any, fall: Any) -> Pieces:
     middle of the rise."""
     rise, high, fall = np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in (rise, high, fall)))
     zero = 0.0 * rise
-    begins = (
-        2.0
-        * np.pi
-        * (np.stack([zero, rise, rise + high, rise + high + fall, zero + 1.0], axis=-1) - 0.5 * rise[..., None])
-    )
+    ends = np.stack([zero, rise, rise + high, rise + high + fall, zero + 1.0], axis=-1)
+    begins = 2.0 * np.pi * (ends - 0.5 * rise[..., None])
     values = np.stack([zero - 1.0, zero + 1.0, zero + 1.0, zero - 1.0, zero - 1.0], axis=-1)
     return Pieces(begins[..., :-1], of_points(begins, values))
 
@@ -223,8 +224,7 @@ class Burst(Pieced):
     def detail(self, n: Numbers) -> Any:
         return self.period_in_cycles
 
-    def peak(self, n: Numbers) -> Any:
-        return np.asarray(n["voltage"]) + np.abs(n["voltage_bias"])
+    peak = _peak_of_sine
 
 
 @dataclass(frozen=True)
@@ -287,8 +287,7 @@ class Chirp(Pieced):
     def detail(self, n: Numbers) -> Any:
         return np.maximum(n["start_frequency"], n["end_frequency"]) / np.asarray(n["drive_frequency"])
 
-    def peak(self, n: Numbers) -> Any:
-        return np.asarray(n["voltage"]) + np.abs(n["voltage_bias"])
+    peak = _peak_of_sine
 
 
 @dataclass(frozen=True)
