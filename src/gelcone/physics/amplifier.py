@@ -326,8 +326,9 @@ def with_electrics(
 ) -> tuple[Any, dict[str, Any]]:
     """Return the ideal source, or the amplifier with the `ELECTRICS` among the ``parameters`` of a model, and the
     parameters without absent ones; any other circuit stays unchanged. ``reduced``: see `Amplifier`; None: as given."""
-    own = {"component": given} if isinstance(given, str) else given
-    own = own if isinstance(own, Mapping) else {"component": given.name, **vars(given)}
+    own: Mapping[str, Any] = {"component": given} if isinstance(given, str) else given
+    if not isinstance(own, Mapping):
+        own = {"component": given.name, **vars(given)}
     named = own.get("component")
     if named not in ("ideal", "amplifier") or not isinstance(given, str | Mapping | IdealSource | Amplifier):
         if reduced:
