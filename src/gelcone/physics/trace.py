@@ -13,6 +13,19 @@ LARGEST_INTEGER_POWER = 32
 """Largest integer power that becomes products; larger ones use the logarithm, like real powers."""
 
 
+def _operator(name: str) -> tuple[Callable[[Node, Any], Node], Callable[[Node, Any], Node]]:
+    """The methods of an operator for a node on its left and on its right; objects other than nodes and numbers have
+    rules of their own."""
+
+    def left(node: Node, other: Any) -> Node:
+        return getattr(node.graph, name)(node, other) if isinstance(other, Node | Real | np.ndarray) else NotImplemented
+
+    def right(node: Node, other: Any) -> Node:
+        return getattr(node.graph, name)(other, node) if isinstance(other, Node | Real | np.ndarray) else NotImplemented
+
+    return left, right
+
+
 class Node:
     """One value of a graph.
 
@@ -34,29 +47,11 @@ class Node:
         self.value: Any = value
         self.fixed: bool = fixed
 
-    def __add__(self, other: Any) -> Node:
-        return self.graph.add(self, other) if _is_value(other) else NotImplemented
-
-    def __radd__(self, other: Any) -> Node:
-        return self.graph.add(other, self) if _is_value(other) else NotImplemented
-
-    def __sub__(self, other: Any) -> Node:
-        return self.graph.subtract(self, other) if _is_value(other) else NotImplemented
-
-    def __rsub__(self, other: Any) -> Node:
-        return self.graph.subtract(other, self) if _is_value(other) else NotImplemented
-
-    def __mul__(self, other: Any) -> Node:
-        return self.graph.multiply(self, other) if _is_value(other) else NotImplemented
-
-    def __rmul__(self, other: Any) -> Node:
-        return self.graph.multiply(other, self) if _is_value(other) else NotImplemented
-
-    def __truediv__(self, other: Any) -> Node:
-        return self.graph.divide(self, other) if _is_value(other) else NotImplemented
-
-    def __rtruediv__(self, other: Any) -> Node:
-        return self.graph.divide(other, self) if _is_value(other) else NotImplemented
+    __add__, __radd__ = _operator("add")
+    __sub__, __rsub__ = _operator("subtract")
+    __mul__, __rmul__ = _operator("multiply")
+    __truediv__, __rtruediv__ = _operator("divide")
+    __pow__, __rpow__ = _operator("power")
 
     def __neg__(self) -> Node:
         return self.graph.multiply(-1.0, self)
@@ -64,19 +59,8 @@ class Node:
     def __pos__(self) -> Node:
         return self
 
-    def __pow__(self, exponent: Any) -> Node:
-        return self.graph.power(self, exponent) if _is_value(exponent) else NotImplemented
-
-    def __rpow__(self, base: Any) -> Node:
-        return self.graph.power(base, self) if _is_value(base) else NotImplemented
-
     def __bool__(self) -> bool:
         raise TypeError("a formula cannot branch on a value that changes with time: describe the border by an event")
-
-
-def _is_value(other: Any) -> bool:
-    """Whether a node takes part in arithmetic with an object; others than nodes and numbers have their own rules."""
-    return isinstance(other, Node | Real | np.ndarray)
 
 
 class Graph:
