@@ -18,25 +18,15 @@ from gelcone.devices.record import Field
 from gelcone.devices.scales import MEASURES
 from gelcone.devices.units import DIMENSIONS, FieldError
 from gelcone.errors import InputError
-from gelcone.physics.bias import BIASES, Bias, Together
-from gelcone.physics.circuit import Circuit
-from gelcone.physics.component import Component, find_component, to_record
-from gelcone.physics.drive import VOLTAGE, Waveform
-from gelcone.physics.film.film import Film
-from gelcone.physics.laws import LAWS, StrainEnergyLaw
+from gelcone.physics.bias import Bias, Together
+from gelcone.physics.component import Component, to_record
+from gelcone.physics.drive import VOLTAGE
+from gelcone.physics.laws import StrainEnergyLaw
 from gelcone.physics.model import PARAMETERS
-from gelcone.physics.records import CIRCUITS, FILMS, bias_record, find_bias, find_film
-from gelcone.physics.waveforms import WAVEFORMS
+from gelcone.physics.records import COMPONENTS, bias_record, find_bias, find_part
 from gelcone.quantity import Quantity
 
-_KINDS: Mapping[str, tuple[str, Mapping[str, Component], type[Any]]] = {
-    "law": ("strain-energy law", LAWS, StrainEnergyLaw),
-    "film": ("film", FILMS, Film),
-    "waveform": ("waveform", WAVEFORMS, Waveform),
-    "bias": ("bias", BIASES, Bias),
-    "circuit": ("circuit", CIRCUITS, Circuit),
-}
-PARTS = tuple(name for name in _KINDS if name != "law")
+PARTS = ("film", "waveform", "bias", "circuit")
 """Fields of a device that hold a component."""
 _OF_ITS_OWN = re.compile(r"[\w.]+:[A-Za-z_][\w.]*")
 
@@ -51,17 +41,11 @@ def read_part(name: str, given: Any) -> tuple[Any, dict[str, Any]]:
 
     Raises `FieldError` for anything but a component of that kind, and for data that no file can hold.
     """
-    kind, shipped, base = _KINDS[name]
     tables = [one for one in (given if isinstance(given, list) else [given]) if isinstance(one, Mapping)]
     if name == "film" and (taken := [key for one in tables for key in one if key in ("law", "prestretch_mode")]):
         raise FieldError("film", f"film: {taken[0]} is a field of the material or of the device; leave it out here")
     try:
-        if name == "bias":
-            found: Component = _own_bias(given)
-        elif name == "film":
-            found = find_film(given)
-        else:
-            found = find_component(kind, given, shipped, base)
+        found: Component = _own_bias(given) if name == "bias" else find_part(name, given)
     except FieldError:
         raise
     except InputError as error:
@@ -69,6 +53,7 @@ def read_part(name: str, given: Any) -> tuple[Any, dict[str, Any]]:
     members: list[Any] = [*found.parts] if isinstance(found, Together) else [found]
     data = {field.name for part in members if dataclasses.is_dataclass(part) for field in dataclasses.fields(part)}
     numbers = {str(key): value for table in tables for key, value in table.items() if key not in {"component", *data}}
+    shipped = COMPONENTS[name][1]
     if found == shipped.get(found.name):
         return found.name, numbers
     if isinstance(given, str) and given in shipped:
@@ -100,14 +85,14 @@ def _check_data(name: str, component: Component) -> None:
 
 def component_of(name: str, value: Any) -> Any:
     """The component in a field, given as an instance or by its name."""
-    return _KINDS[name][1][value] if isinstance(value, str) else value
+    return COMPONENTS[name][1][value] if isinstance(value, str) else value
 
 
 def part_record(name: str, value: Any) -> Any:
     """The value of a field as plain data, for `read_part`."""
     if not isinstance(value, Component):
         return value
-    record = bias_record(value) if isinstance(value, Bias) else to_record(value, _KINDS[name][1])
+    record = bias_record(value) if isinstance(value, Bias) else to_record(value, COMPONENTS[name][1])
     if name == "film" and isinstance(record, dict):  # the law is the material's, and the mode the device's
         record = {key: own for key, own in record.items() if key not in ("law", "prestretch_mode")}
     return record

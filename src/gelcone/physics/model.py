@@ -17,7 +17,7 @@ import numpy as np
 from gelcone.errors import InputError, check_name, unknown_name
 from gelcone.physics.amplifier import ELECTRICS, with_electrics
 from gelcone.physics.bias import BIASES
-from gelcone.physics.component import Component, find_component
+from gelcone.physics.component import Component
 from gelcone.physics.film.branches import MOST_BRANCHES, branches_of
 from gelcone.physics.film.film import Film
 from gelcone.physics.film.gel import PRESTRETCHES, BranchedFilm, GelFilm, check_prestretch_mode
@@ -27,13 +27,10 @@ from gelcone.physics.laws import LAWS, StrainEnergyLaw
 from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.placed import DRIVES, PREFIX, PlacedFilm
 from gelcone.physics.records import (
-    CIRCUITS,
+    COMPONENTS,
     FILMS,
     bias_record,
-    find_bias,
-    find_circuit,
-    find_film,
-    find_waveform,
+    find_part,
     with_numbers,
 )
 from gelcone.physics.shown import model_html
@@ -287,10 +284,10 @@ def _film(
     """Make the film with a law, a pre-stretch ``mode`` and its ``own`` fields, None if not given. It has at least as
     many branches as ``parameters`` name."""
     if law is not None:
-        law = find_component("strain-energy law", law, LAWS, StrainEnergyLaw)  # type: ignore[type-abstract]
+        law = find_part("law", law)
     if mode is not None:
         check_prestretch_mode(mode)
-    found = find_film(film)
+    found: Film = find_part("film", film)
     chosen = {name: value for name, value in (own or {}).items() if value is not None}
     if not chosen.get("reduced", True) and not hasattr(found, "reduced"):
         del chosen["reduced"]  # a film without branches reduces none
@@ -334,12 +331,10 @@ def _films(first: Film, given: Any, drive: str | None) -> tuple[PlacedFilm, ...]
     return PlacedFilm(first), PlacedFilm(film, "same" if drive is None else drive)
 
 
-def _system(
-    film: Film, second_film: Any = None, second_drive: str | None = None, *, bias: Any, waveform: Any, circuit: Any
-) -> ConeSystem:
-    """Assemble the components; `InputError` for one that is not known."""
-    films = _films(film, second_film, second_drive)
-    return _put_together(films, find_bias(bias), find_waveform(waveform), find_circuit(circuit))
+def _system(film: Film, second_film: Any = None, second_drive: str | None = None, **parts: Any) -> ConeSystem:
+    """Assemble films, bias, waveform and circuit; `InputError` for one that is not known."""
+    own = (find_part(name, parts[name]) for name in ("bias", "waveform", "circuit"))
+    return _put_together(_films(film, second_film, second_drive), *own)
 
 
 @lru_cache(maxsize=64)
@@ -409,7 +404,7 @@ def _shape(values: Mapping[str, Any]) -> tuple[int, ...]:
 
 def shipped_components() -> Iterable[Component]:
     """All components that ship."""
-    return [*LAWS.values(), *FILMS.values(), *BIASES.values(), *WAVEFORMS.values(), *CIRCUITS.values()]
+    return [part for _, shipped, _ in COMPONENTS.values() for part in shipped.values()]
 
 
 def _shipped_parameters() -> dict[str, Quantity]:

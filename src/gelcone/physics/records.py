@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from typing import Any
 
@@ -10,19 +10,27 @@ from gelcone.errors import InputError, check_name
 from gelcone.physics.amplifier import ELECTRICS, Amplifier
 from gelcone.physics.bias import BIASES, Bias, Together
 from gelcone.physics.circuit import ChargeControl, Circuit, IdealSource
-from gelcone.physics.component import Component, find_component, to_record
+from gelcone.physics.component import find_component, to_record
 from gelcone.physics.drive import Waveform
 from gelcone.physics.film.film import Film
 from gelcone.physics.film.gel import GelFilm
 from gelcone.physics.film.membrane import MembraneFilm
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.film.wrinkling import WrinklingCone
-from gelcone.physics.laws import LAWS
+from gelcone.physics.laws import LAWS, StrainEnergyLaw
 from gelcone.physics.system import ConeSystem
 from gelcone.physics.waveforms import WAVEFORMS
 
 FILMS: dict[str, Film] = {film.name: film for film in (TautCone(), WrinklingCone(), MembraneFilm())}
 CIRCUITS: dict[str, Circuit] = {circuit.name: circuit for circuit in (IdealSource(), Amplifier(), ChargeControl())}
+COMPONENTS: Mapping[str, tuple[str, Mapping[str, Any], type[Any]]] = {
+    "law": ("strain-energy law", LAWS, StrainEnergyLaw),
+    "film": ("film", FILMS, Film),
+    "bias": ("bias", BIASES, Bias),
+    "waveform": ("waveform", WAVEFORMS, Waveform),
+    "circuit": ("circuit", CIRCUITS, Circuit),
+}
+"""Name of a component in a model -> words for its kind, the components of that kind that ship, and their base class."""
 _SHIPPED = {name: to_record(film, FILMS) for name, film in FILMS.items()}
 
 
@@ -90,22 +98,11 @@ def find_bias(given: Any) -> Bias:
     return find_component("bias", given, BIASES, Bias)  # type: ignore[type-abstract]
 
 
-def find_waveform(given: Any) -> Waveform:
-    """Make the waveform of a record; `InputError` for an unknown name."""
-    return find_component("waveform", given, WAVEFORMS, Waveform)  # type: ignore[type-abstract]
-
-
-def find_circuit(given: Any) -> Circuit:
-    """Make the circuit of a record; `InputError` for an unknown name."""
-    return find_component("circuit", given, CIRCUITS, Circuit)  # type: ignore[type-abstract]
-
-
-_FINDERS: dict[str, Callable[[Any], Component]] = {
-    "film": find_film,
-    "bias": find_bias,
-    "waveform": find_waveform,
-    "circuit": find_circuit,
-}
+def find_part(name: str, given: Any) -> Any:
+    """Make the component, one of `COMPONENTS`, that a record describes; `InputError` for one that is not known."""
+    own = {"film": find_film, "bias": find_bias}.get(name)
+    kind, shipped, base = COMPONENTS[name]
+    return find_component(kind, given, shipped, base) if own is None else own(given)
 
 
 def with_numbers(given: Mapping[str, Any]) -> dict[str, Any]:
@@ -114,20 +111,20 @@ def with_numbers(given: Mapping[str, Any]) -> dict[str, Any]:
     Raises `InputError` for a name that a table does not take, and for a number that is given twice.
     """
     found = dict(given)
-    for kind, find in _FINDERS.items():
-        parts = given.get(kind)
+    for kind in (kind for kind in COMPONENTS if kind in given and kind != "law"):
+        parts = given[kind]
         if isinstance(parts, list | tuple):
-            found[kind] = [_without_numbers(kind, find, part, found) for part in parts]
+            found[kind] = [_without_numbers(kind, part, found) for part in parts]
         else:
-            found[kind] = _without_numbers(kind, find, parts, found)
-    return {name: value for name, value in found.items() if name in given or name not in _FINDERS}
+            found[kind] = _without_numbers(kind, parts, found)
+    return found
 
 
-def _without_numbers(kind: str, find: Callable[[Any], Component], table: Any, found: dict[str, Any]) -> Any:
+def _without_numbers(kind: str, table: Any, found: dict[str, Any]) -> Any:
     """Return a component's table without its numbers, which are added to ``found``; other components unchanged."""
     if not isinstance(table, Mapping):
         return table
-    component = find(table)
+    component = find_part(kind, table)
     data: list[str] = [field.name for field in fields(component)] if is_dataclass(component) else []
     numbers = [*component.parameters, *(ELECTRICS if isinstance(component, Amplifier) else ())]
     for name in (name for name in table if name not in ("component", *data)):
