@@ -8,7 +8,7 @@ import pytest
 
 import gelcone
 from gelcone.physics.balance import SEARCH_RANGE, PullIn, rest_of
-from gelcone.physics.pair import Leg, PairBalance, _isolated
+from gelcone.physics.pair import Curve, PairBalance, _isolated
 from gelcone.physics.statics import balances_of, rest_displacements
 from tests.toys import CubicBias, PowerFilm
 
@@ -225,8 +225,8 @@ def test_a_fold_that_leads_nearby_is_a_jump_and_a_pitchfork_that_does_is_none():
     (balance,) = balances_of(PAIR.members())
     for end, before in ((PullIn.FOLD, 0.31), (PullIn.PITCHFORK, 0.30)):
         legs = [
-            Leg(np.array([0.2, 0.3]), np.array([0.0, 0.5]), end),
-            Leg(np.array([0.31]), np.array([0.5]), PullIn.NEVER),
+            Curve(np.array([0.2, 0.3]), np.array([0.0, 0.5]), end),
+            Curve(np.array([0.31]), np.array([0.5]), PullIn.NEVER),
         ]
         assert balance._loss(legs, 0).after == before
 

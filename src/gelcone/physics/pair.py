@@ -65,15 +65,8 @@ ON_CURVE = 1e-6
 
 
 class Curve(NamedTuple):
-    """Points of a curve of equilibria, (points,) each, and the kind of its end; None at the bounds of the voltage."""
-
-    x: Array
-    voltage: Array
-    end: PullIn | None
-
-
-class Leg(NamedTuple):
-    """A stable part of a ramp, (points,) each, and the kind of its end."""
+    """Points of a curve of equilibria, or of a stable part of a ramp, (points,) each, and the kind of its end:
+    `PullIn.NEVER` at the bounds of the voltage."""
 
     x: Array
     voltage: Array
@@ -208,7 +201,7 @@ class PairBalance(StaticBalance):
             if bound is not None:
                 share = (bound - voltage) / (found[1] - voltage) if found[1] != voltage else 0.0
                 (last,) = self._settle(np.array([x + share * (found[0] - x)]), np.array([bound]))
-                return Curve(np.array([*xs, last]), np.array([*volts, bound]), None)
+                return Curve(np.array([*xs, last]), np.array([*volts, bound]), PullIn.NEVER)
             if self._pulled_in(found[0], found[1] ** 2):
                 return Curve(np.array(xs), np.array(volts), PullIn.FILM)
             x, voltage, tangent = *found, turned
@@ -221,7 +214,7 @@ class PairBalance(StaticBalance):
             step = min(1.5 * step, size)
             if len(xs) > 10 and math.hypot(x - xs[0], voltage - volts[0]) < 0.5 * step:
                 break
-        return Curve(np.array(xs), np.array(volts), None)
+        return Curve(np.array(xs), np.array(volts), PullIn.NEVER)
 
     def _tangent(self, x: float, voltage: float, like: tuple[float, float]) -> tuple[float, float]:
         _, slope, gain = self._slopes(x, voltage)
@@ -366,26 +359,26 @@ class PairBalance(StaticBalance):
         return float(self.together.along_ramp(rest, np.array([self.bias**2]))[0][0]) if self.bias else rest
 
     @cached_property
-    def _legs(self) -> dict[tuple[float, float, float], list[Leg]]:
+    def _legs(self) -> dict[tuple[float, float, float], list[Curve]]:
         return {}
 
-    def legs(self, rest: float, highest: float = HIGHEST_VOLTAGE, ahead: float = 1.0) -> list[Leg]:
+    def legs(self, rest: float, highest: float = HIGHEST_VOLTAGE, ahead: float = 1.0) -> list[Curve]:
         """The stable parts of a ramp from ``rest``, from the `bias` up to ``highest`` or (``ahead`` -1) down to 0."""
         if (rest, highest, ahead) not in self._legs:
             self._legs[rest, highest, ahead] = self._ramp(rest, highest, ahead)
         return self._legs[rest, highest, ahead]
 
-    def _ramp(self, rest: float, highest: float, ahead: float) -> list[Leg]:
-        legs: list[Leg] = []
+    def _ramp(self, rest: float, highest: float, ahead: float) -> list[Curve]:
+        legs: list[Curve] = []
         x, voltage = self.begin(rest), self.bias
         while not math.isnan(x) and len(legs) < MOST_LOSSES and (voltage < highest if ahead > 0.0 else voltage > 0.0):
             path = self.curve(x, voltage, ahead, highest)
             losses = self._losses(path.x, path.voltage)
             if not losses:
-                legs.append(Leg(path.x, path.voltage, PullIn.NEVER if path.end is None else path.end))
+                legs.append(path)
                 break
             i, place, level, kind = losses[0]
-            legs.append(Leg(np.append(path.x[: i + 1], place), np.append(path.voltage[: i + 1], level), kind))
+            legs.append(Curve(np.append(path.x[: i + 1], place), np.append(path.voltage[: i + 1], level), kind))
             x, voltage = self._beyond(place, level, ahead)
         return legs
 
@@ -403,7 +396,7 @@ class PairBalance(StaticBalance):
         legs = self.legs(rest)
         return [self._loss(legs, k) for k in range(len(legs))] or [NO_RAMP]
 
-    def _loss(self, legs: Sequence[Leg], k: int) -> Loss:
+    def _loss(self, legs: Sequence[Curve], k: int) -> Loss:
         """The loss of stability at the end of the k-th leg."""
         leg = legs[k]
         if leg.end in STAYS:
@@ -427,7 +420,7 @@ class PairBalance(StaticBalance):
                 place[way], losses[way] = self._along(legs, ahead, squared[way])
         return place, losses
 
-    def _along(self, legs: Sequence[Leg], ahead: float, squared: Array) -> tuple[Array, npt.NDArray[np.int64]]:
+    def _along(self, legs: Sequence[Curve], ahead: float, squared: Array) -> tuple[Array, npt.NDArray[np.int64]]:
         """The displacements on a ramp at squared voltages, NaN past its end, and the losses of stability before."""
         levels, place = np.sqrt(squared), np.full(squared.shape, np.nan)
         ends = np.array([leg.voltage[-1] for leg in legs]).reshape(-1, 1)
