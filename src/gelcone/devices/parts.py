@@ -31,11 +31,6 @@ PARTS = ("film", "waveform", "bias", "circuit")
 _OF_ITS_OWN = re.compile(r"[\w.]+:[A-Za-z_][\w.]*")
 
 
-def is_own(given: Any) -> bool:
-    """Whether a text names a user-defined component, ``"module:Class"``."""
-    return isinstance(given, str) and bool(_OF_ITS_OWN.fullmatch(given))
-
-
 def read_part(name: str, given: Any) -> tuple[Any, dict[str, Any]]:
     """Read a component; return it, or its name if it ships, and the numbers in its table.
 
@@ -65,7 +60,7 @@ def read_part(name: str, given: Any) -> tuple[Any, dict[str, Any]]:
 def _own_bias(given: Any) -> Bias:
     """Read a user-defined bias, which acts in addition to spring, beam, weight and force."""
     remedy = "spring, beam, weight and force have fields of their own, and a constant voltage is voltage_offset"
-    if isinstance(given, str) and not all(is_own(one.strip()) for one in given.split("+")):
+    if isinstance(given, str) and not all(_OF_ITS_OWN.fullmatch(one.strip()) for one in given.split("+")):
         raise FieldError("bias", f'bias = {given!r}: must be a component of one\'s own, "module:Class"; {remedy}')
     found = given if isinstance(given, Bias) else find_bias(given)
     taken = [name for name in found.parameters if name in PARAMETERS]

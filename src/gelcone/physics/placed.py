@@ -123,26 +123,25 @@ class PlacedFilm(Component):
         if any(own.get(name) is not None for name in PRESTRETCHES):
             shared = {name: value for name, value in shared.items() if name not in PRESTRETCHES}
         film = {n: v for n, v in (shared | own).items() if n in self.film.parameters and v is not None}
-        rest = {name: q for name, q in self.parameters.items() if name.removeprefix(PREFIX) not in self.film.parameters}
+        rest = {name: self.parameters[name] for name in self._placing}
         return {name: q.check(name, given.get(name, q.default)) for name, q in rest.items()} | {
             PREFIX + name: value for name, value in self.film.complete(film).items()
         }
 
+    @property
+    def _placing(self) -> list[str]:
+        """Names of the parameters that are not the film's."""
+        return [name for name in self.parameters if name.removeprefix(self.prefix) not in self.film.parameters]
+
     def numbers(self, parameters: Numbers) -> dict[str, Any]:
         own = self.film.numbers(self.own(parameters))
-        if self.drive is None:
-            return own
-        rest = {name: parameters[name] for name in ("second_flat_height", "second_voltage") if name in self.parameters}
-        return rest | {PREFIX + name: value for name, value in own.items()}
+        rest = {name: parameters[name] for name in self._placing}
+        return rest | {self.prefix + name: value for name, value in own.items()}
 
     @property
     def number_names(self) -> tuple[str, ...]:
         """The names of `numbers`, in their order."""
-        own = self.film.number_names
-        if self.drive is None:
-            return own
-        rest = tuple(name for name in ("second_flat_height", "second_voltage") if name in self.parameters)
-        return rest + tuple(PREFIX + name for name in own)
+        return (*self._placing, *(self.prefix + name for name in self.film.number_names))
 
     def own(self, n: Numbers) -> Numbers:
         """The numbers by their names in the film's formulas, without prefix."""

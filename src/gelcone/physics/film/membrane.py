@@ -34,7 +34,7 @@ from gelcone.physics.film.elastic import STEEP
 from gelcone.physics.film.film import Border, FilmState, TracedState
 from gelcone.physics.film.gel import RADIUS_RATIO, BranchedFilm
 from gelcone.physics.film.membrane_energy import energy_and_area
-from gelcone.physics.film.wrinkling import WrinklingCone
+from gelcone.physics.film.wrinkling import WrinklingCone, without_push
 from gelcone.physics.implicit import known, root, traced
 from gelcone.quantity import Array
 
@@ -72,10 +72,9 @@ class MembraneFilm(BranchedFilm):
             )
 
     def complete(self, given: Mapping[str, Any]) -> dict[str, Any]:
-        own = dict(given)
         ratio = RADIUS_RATIO["radius_ratio"]
-        values = {"radius_ratio": ratio.check("radius_ratio", own.pop("radius_ratio", ratio.default))}
-        return super().complete(own) | values
+        values = {"radius_ratio": ratio.check("radius_ratio", given.get("radius_ratio", ratio.default))}
+        return super().complete(given) | values
 
     def numbers(self, parameters: Numbers) -> dict[str, Any]:
         """The numbers of the gel, of the fits of force and charge, and the switches."""
@@ -402,8 +401,7 @@ class MembraneFilm(BranchedFilm):
         if self.branches and y:
             along, across = self.viscous.stresses(*self.branch_lengths(np.asarray(x), squared, y, n), y, n)
             stresses = state.meridional_stress + along, state.hoop_stress + across
-            meridional, hoop = (np.where(np.isnan(stress), np.nan, np.maximum(stress, 0.0)) for stress in stresses)
-            state = state._replace(meridional_stress=meridional, hoop_stress=hoop)
+            state = without_push(state._replace(meridional_stress=stresses[0], hoop_stress=stresses[1]))
             kind = np.where(s > np.square(x), 3, np.where(slack, 2, some))
         found = FilmState(*(np.where(gone, np.nan, values)[()] for values in state._replace(true_field=field)))
         return found._replace(kind=np.where(gone, -1, kind))
@@ -430,10 +428,9 @@ class MembraneFilm(BranchedFilm):
             lengths = mean_length(s, n)[0], 1.0
             more = self.viscous.stresses(*lengths, y, n)
             share = xp.maximum(share, self.viscous.limit_share(*lengths, y, n, xp))
-        ring = self.traced_ring(disc, width, squared, n, xp, more)
-        stresses = {name: xp.maximum(getattr(ring, name), 0.0) for name in ("meridional_stress", "hoop_stress")}
+        ring = without_push(self.traced_ring(disc, width, squared, n, xp, more), xp)
         field = squared * xp.maximum(largest, 1.0) if known(pulls) != 0.0 else ring.field_squared
-        return ring._replace(**stresses, field_squared=field, limit_share=xp.maximum(share, ring.limit_share))
+        return ring._replace(field_squared=field, limit_share=xp.maximum(share, ring.limit_share))
 
     def _traced_width(self, m: Any, squared: Any, pulls: Any, n: Numbers, xp: Any) -> Any:
         """The squared width of the ring at the disc in a program: the larger of 1 and the width without hoop stress,

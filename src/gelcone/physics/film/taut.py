@@ -61,10 +61,9 @@ class TautCone(BranchedFilm):
 
     def complete(self, given: Mapping[str, Any]) -> dict[str, Any]:
         """Check the parameters of the gel, and the radius ratio if it is given."""
-        own = dict(given)
-        ratio = own.pop("radius_ratio", None)
+        ratio = given.get("radius_ratio")
         known = {} if ratio is None else {"radius_ratio": RADIUS_RATIO["radius_ratio"].check("radius_ratio", ratio)}
-        return super().complete(own) | known
+        return super().complete(given) | known
 
     def numbers(self, parameters: Numbers) -> dict[str, Any]:
         return super().numbers(parameters) | self.viscous.numbers(parameters)

@@ -33,7 +33,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -197,9 +197,8 @@ class WrinklingCone(TautCone):
         return np.stack([dwell[:, which].sum(axis=1) for which in own], axis=1)
 
     def pull_in_kind(self, switches: Numbers) -> Any:
-        return np.where(
-            switches["meridian_held" if self.branches else "pulls"] > 0.0, FilmPullIn.LOCALISATION, FilmPullIn.MINIMUM
-        )
+        pulls = switches["meridian_held" if self.branches else "pulls"] > 0.0
+        return np.where(pulls, FilmPullIn.LOCALISATION, FilmPullIn.MINIMUM)
 
     # --- its own lengths -------------------------------------------------------------------------------------------
 
@@ -267,29 +266,22 @@ class WrinklingCone(TautCone):
             m, width = self.branch_lengths(x, squared, y, n, xp)
         else:
             m, width = self.elastic.traced_lengths(xx, squared, n, xp)
-        found = self.traced_ring(
-            m, width, squared, n, xp, self.viscous.stresses(m, width, y, n) if creeps else (0.0, 0.0)
-        )
-        stresses = [xp.maximum(stress, 0.0) for stress in found[:2]]
+        more = self.viscous.stresses(m, width, y, n) if creeps else (0.0, 0.0)
+        found = without_push(self.traced_ring(m, width, squared, n, xp, more), xp)
         if creeps:
             share = xp.maximum(found.limit_share, self.viscous.limit_share(m, width, y, n, xp))
         else:
             long = xp.maximum(1.0 + xx, 1.0 / (n["A"] * xp.sqrt(xp.maximum(n["B"], 1.0))))
             wide = xp.maximum(xp.sqrt(n["G"] / (n["B"] * long)), 1.0)
             share = self.traced_ring(long, wide, 0.0, n, xp).limit_share
-        return found._replace(meridional_stress=stresses[0], hoop_stress=stresses[1], limit_share=share)
+        return found._replace(limit_share=share)
 
     def state_of_lengths(
         self, m: Any, width: Any, voltage: Any, n: Numbers, more: tuple[Any, Any] = (0.0, 0.0)
     ) -> FilmState:
         """The state of a ring of the squared lengths m and ``width`` over the mounted ones, without negative stresses;
         ``more`` holds stresses that are added to the law's."""
-        found = self.ring_state(m, width, voltage, n, more)
-        along, across = (
-            np.where(np.isnan(stress), np.nan, np.maximum(stress, 0.0))[()]
-            for stress in (found.meridional_stress, found.hoop_stress)
-        )
-        return found._replace(meridional_stress=along, hoop_stress=across)
+        return without_push(self.ring_state(m, width, voltage, n, more))
 
     def describe(self) -> str:
         ends = _STUDIES[self.pull_in] + self.viscous.words
@@ -324,6 +316,15 @@ class WrinklingCone(TautCone):
             wide = A * q + 2.0 * np.sqrt(G * B / q) - 3.0
             wrinkled = np.where(A * q >= np.sqrt(G * B / q), wide, 0.0)
             return np.where(B * m >= G, A * m + B + G / m - 3.0, wrinkled)[()]
+
+
+S = TypeVar("S", FilmState, TracedState)
+
+
+def without_push(state: S, xp: Any = np) -> S:
+    """The state of a ring, of arrays or in a program, without negative stresses."""
+    along, across = xp.maximum(state.meridional_stress, 0.0), xp.maximum(state.hoop_stress, 0.0)
+    return state._replace(meridional_stress=along, hoop_stress=across)
 
 
 def _place(x: Any, m: Any, width: Any) -> Any:
