@@ -135,7 +135,7 @@ def membrane(
     ]
     fields = {name: np.stack([one[name] for one in each]) for name in each[0]}
     found = np.isfinite(fields["force"]).any(axis=(1, 2))
-    result = dataset.label(
+    return dataset.label(
         model,
         _variables(fields),
         coords={
@@ -149,7 +149,6 @@ def membrane(
         options={"elements": elements, "wrinkles": wrinkles},
         title="film as a membrane",
     )
-    return result
 
 
 # --- the search ------------------------------------------------------------------------------------------------------

@@ -66,12 +66,7 @@ def table(gel: Gel, ratio: float) -> dict[str, float]:
         raise too_few(gel)
     falls_slack = cut > begin + LEAST_NEAR
     cut = cut if falls_slack else -1.0
-    film.numbers |= {
-        "cut_squared": cut,
-        "begin_squared": begin,
-        "reach_squared": reach,
-        "flat_voltage": flat,
-    }
+    film.numbers |= {"cut_squared": cut, "begin_squared": begin, "reach_squared": reach, "flat_voltage": flat}
     ends = {"near": (begin, cut), "far": (max(cut, 0.0), reach)}
     for piece, (low, high) in ends.items():
         if low < high:

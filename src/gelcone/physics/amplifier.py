@@ -195,7 +195,7 @@ class Amplifier(Circuit):
     def rates(self, port: Port, y: list[Any], n: Numbers, xp: Any = np) -> list[Any]:
         found = []
         if "filter_time" in self.takes:
-            found.append(self._clipped("slew_rate", self._wanted("slew_rate", port, y, n), n))
+            found.append(self._limited("slew_rate", port, y, n))
         if self.delays:
             found.append(self._following(port, y, n, xp))
         if self.carries_voltage:
@@ -240,7 +240,7 @@ class Amplifier(Circuit):
 
     def charging(self, port: Port, y: list[Any], n: Numbers, xp: Any = np) -> Any:
         """Rate of C v; with a delayed share of the charge, the rate of the rest."""
-        charging = self._through(port, y, n) - sum(self.leaks(port, y, n, xp))
+        charging = self._limited("current_limit", port, y, n) - sum(self.leaks(port, y, n, xp))
         if not self.delays:
             return charging
         share = n["dielectric_share"]
@@ -252,12 +252,9 @@ class Amplifier(Circuit):
             return (port.command - y[0]) / n["filter_time"]
         return (self.source_voltage(port, y, n) - y[-1]) / n["series_resistance"]
 
-    def _through(self, port: Port, y: list[Any], n: Numbers) -> Any:
-        """Current through the resistance."""
-        return self._clipped("current_limit", self._wanted("current_limit", port, y, n), n)
-
-    def _clipped(self, limit: str, value: Any, n: Numbers) -> Any:
-        """A value clipped at its ``limit`` on the side that the switches state."""
+    def _limited(self, limit: str, port: Port, y: list[Any], n: Numbers) -> Any:
+        """The rate, or the current, clipped at its ``limit`` on the side that the switches state."""
+        value = self._wanted(limit, port, y, n)
         if limit not in self.takes:
             return value
         above, below = (0.5 - 0.5 * n[name] for name in self._limits[limit])
@@ -313,7 +310,7 @@ class Amplifier(Circuit):
     def powers(self, port: Port, current: Any, y: list[Any], n: Numbers, xp: Any = np) -> Mapping[str, Any]:
         source, v = self.source_voltage(port, y, n, xp), self.voltage(port, y, n, xp)
         leak = sum(self.leaks(port, y, n, xp))
-        through = self._through(port, y, n) if self.carries_voltage else current + leak
+        through = self._limited("current_limit", port, y, n) if self.carries_voltage else current + leak
         lost = {"resistor": (source - v) * through, "leak": v * leak}
         if self.delays:
             rate = self._following(port, y, n, xp)

@@ -322,10 +322,8 @@ class PairBalance(StaticBalance):
             return ahead.x, ahead.voltage
         if voltage == highest:
             return behind.x, behind.voltage
-        return (
-            np.concatenate([behind.x[:0:-1], ahead.x]),
-            np.concatenate([behind.voltage[:0:-1], ahead.voltage]),
-        )
+        x_of_all = np.concatenate([behind.x[:0:-1], ahead.x])
+        return x_of_all, np.concatenate([behind.voltage[:0:-1], ahead.voltage])
 
     def _with_losses(self, x: Array, voltage: Array) -> tuple[Array, Array]:
         losses = self._losses(x, voltage)

@@ -99,19 +99,18 @@ def rest_displacements(model: Ensemble) -> Any:
     sets, firsts, which = _alike(members)
     keys = [(members.system, own.tobytes()) for own in sets]
     found = [_rests.get(key) for key in keys]
-    trail = getattr(_thread, "trail", None)
-    guessed = {} if trail is None else trail.guessed
-    if trail is not None:
+    places, guessed = getattr(_thread, "trail", NO_TRAIL)
+    if places is not None:
         for place in _unknown(found):
-            guess = _continued(members, firsts[place], trail.places.get(members.system))
+            guess = _continued(members, firsts[place], places.get(members.system))
             if guess is not None:
                 found[place] = guessed[keys[place]] = guess
     unknown = _unknown(found)
     for place, rest in zip(unknown, _searched(members, firsts[unknown]), strict=True):
         found[place] = rest
     store_rests({key: rest for key, rest in zip(keys, found, strict=True) if rest is not None and key not in guessed})
-    if trail is not None:
-        trail.places[members.system] = found[-1]
+    if places is not None:
+        places[members.system] = found[-1]
     rests = np.array(found)[which]
     return rests.reshape(model.shape) if model.shape else float(rests[0])
 
@@ -152,11 +151,8 @@ def stored_rests(keys: Sequence[RestKey]) -> dict[RestKey, float]:
 FARTHEST_REST = 0.1
 """Largest distance of a rest from the one that it continues, in units of b - a."""
 _thread = threading.local()
-
-
-class _Trail:
-    def __init__(self, places: MutableMapping[ConeSystem, float]) -> None:
-        self.places, self.guessed = places, dict[RestKey, float]()
+NO_TRAIL: tuple[Any, Any] = (None, {})
+"""Last rests of systems, and rests that were found from them, in a thread in which none are continued."""
 
 
 @contextmanager
@@ -167,9 +163,10 @@ def continuing(places: MutableMapping[ConeSystem, float]) -> Iterator[dict[RestK
     Yields the rests found so. They are not stored: another stable rest may lie nearer to where the bias is free, so
     that they should be searched later.
     """
-    before, _thread.trail = getattr(_thread, "trail", None), _Trail(places)
+    before, guessed = getattr(_thread, "trail", NO_TRAIL), dict[RestKey, float]()
+    _thread.trail = places, guessed
     try:
-        yield _thread.trail.guessed
+        yield guessed
     finally:
         _thread.trail = before
 

@@ -268,10 +268,7 @@ class Branches:
             rate, p = n[f"flow_rate_{k}"], self._own(k, y)
             if self.flow == "log":
                 speed = (-2.0 / 3.0) * rate * self._flow_factor(g, own, n)
-                found += [
-                    speed * p[0] * (own.along - 0.5 * own.across),
-                    speed * p[1] * (own.across - 0.5 * own.along),
-                ]
+                found += [speed * p[0] * (own.along - 0.5 * own.across), speed * p[1] * (own.across - 0.5 * own.along)]
             else:
                 wanted = [1.0 / m, 1.0 / width, m * width]
                 changes = [rate * (a - b) for a, b in zip(wanted, p, strict=True)]

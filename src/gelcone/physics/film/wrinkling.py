@@ -51,6 +51,7 @@ from gelcone.quantity import Array
 
 STATES = ("taut", "hoop_slack", "meridional_slack", "crumpled")
 """The states of the film, in the order in which results list their shares of time."""
+SWITCHES = ("width_held", "pulls", "crumpled", "long", "below_hump")
 PULL_IN = ("first", "minimum", "memoryless", "snap")
 FAILED = "pulled_in"
 """The state of a film whose run continues after it has pulled in."""
@@ -129,34 +130,24 @@ class WrinklingCone(TautCone):
             limit = np.where(np.isinf(hump) | (valley <= B), NEVER, crumpling(self.law, turning, law) / G)
             crumpled = crumpling(self.law, B, law) / G
         one = np.ones(np.broadcast_shapes(A.shape, hump.shape))
-        return (
-            own
-            | {
-                "limit_squared": limit,
-                "crumpling_squared": np.where(B > 1.0, crumpled, -1.0) * one,
-                "end_of_slack": np.minimum(turning, NEVER),
-                "hump": np.minimum(hump, NEVER) * one,
-                "valley": np.minimum(valley, NEVER) * one,
-                "edge": np.where(B > A, B - A, -1.0),
-                "shortest": self._shortest(A, B, G, law) * one,
-                "width_held": one,
-                "pulls": one,
-                "crumpled": one,
-                "long": one,
-                "below_hump": one,
-            }
-            | ({"meridian_held": one} if self.branches else {})
-            | (self._numbers_after(G, valley, law, one) if self.elastic.continues else {})
-        )
+        own |= {
+            "limit_squared": limit,
+            "crumpling_squared": np.where(B > 1.0, crumpled, -1.0) * one,
+            "end_of_slack": np.minimum(turning, NEVER),
+            "hump": np.minimum(hump, NEVER) * one,
+            "valley": np.minimum(valley, NEVER) * one,
+            "edge": np.where(B > A, B - A, -1.0),
+            "shortest": self._shortest(A, B, G, law) * one,
+        }
+        switches = (*SWITCHES, *(("meridian_held",) if self.branches else ()))
+        after = self._numbers_after(G, valley, law, one) if self.elastic.continues else {}
+        return own | dict.fromkeys(switches, one) | after
 
     def _numbers_after(self, G: Any, valley: Any, law: Numbers, one: Any) -> dict[str, Any]:
         """``valley_squared``, the V at the valley, and a switch."""
         with np.errstate(all="ignore"):
             squared = np.where(np.isinf(valley), 0.0, within(self.law, valley, law) / G)
-        return {
-            "valley_squared": squared * one,
-            "whole": one,
-        }
+        return {"valley_squared": squared * one, "whole": one}
 
     def _shortest(self, A: Any, B: Any, G: Any, law: Numbers) -> Any:
         """The x^2 at which the film is as long as its gel, at m = q and A n = B or, if that is shorter, n = 1."""
