@@ -28,6 +28,7 @@ from gelcone.continuum.mesh import (
 from gelcone.quantity import Array
 
 Load = Literal["height", "squared"]
+"""A load, an attribute of a `Point`."""
 
 DISC_HEIGHT = 1
 """Index of the disc's height among the unknowns."""
@@ -235,13 +236,13 @@ def reach(film: Film, start: Point, load: Load, target: float) -> tuple[Point | 
 
     The path ends where a film that starts stable and in tension would lose either.
     """
-    point, begin = start, _load(start, load)
+    point, begin = start, getattr(start, load)
     pace = target - begin
-    while _load(point, load) != target:
-        remaining = target - _load(point, load)
+    while getattr(point, load) != target:
+        remaining = target - getattr(point, load)
         whole = abs(pace) >= abs(remaining)
         pace = remaining if whole else pace
-        found = step(film, point, load, target if whole else _load(point, load) + pace)
+        found = step(film, point, load, target if whole else getattr(point, load) + pace)
         if found is None:
             pace *= 0.5
             if abs(pace) < SMALLEST_STEP[load] * abs(target - begin):
@@ -251,14 +252,9 @@ def reach(film: Film, start: Point, load: Load, target: float) -> tuple[Point | 
     return point, point
 
 
-def _load(point: Point, load: Load) -> float:
-    """The value of a load at a point."""
-    return point.height if load == "height" else point.squared
-
-
 def step(film: Film, point: Point, load: Load, target: float) -> Point | None:
     """The equilibrium at a load, by one step along the tangent; None if it is not close to the prediction."""
-    way = (target - _load(point, load)) * _rate(film, point, load)
+    way = (target - getattr(point, load)) * _rate(film, point, load)
     guess = point.position + way
     if load == "height":
         guess[DISC_HEIGHT] = target

@@ -20,7 +20,7 @@ from gelcone.physics.bias import BIASES
 from gelcone.physics.component import Component
 from gelcone.physics.film.branches import MOST_BRANCHES, branches_of
 from gelcone.physics.film.film import Film
-from gelcone.physics.film.gel import PRESTRETCHES, BranchedFilm, GelFilm, check_prestretch_mode
+from gelcone.physics.film.gel import PRESTRETCH_MODES, PRESTRETCHES, BranchedFilm, GelFilm
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.film.wrinkling import WrinklingCone
 from gelcone.physics.laws import LAWS, StrainEnergyLaw
@@ -286,7 +286,7 @@ def _film(
     if law is not None:
         law = find_part("law", law)
     if mode is not None:
-        check_prestretch_mode(mode)
+        check_name("prestretch_mode", mode, PRESTRETCH_MODES)
     found: Film = find_part("film", film)
     chosen = {name: value for name, value in (own or {}).items() if value is not None}
     if not chosen.get("reduced", True) and not hasattr(found, "reduced"):

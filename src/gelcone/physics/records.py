@@ -37,23 +37,18 @@ _SHIPPED = {name: to_record(film, FILMS) for name, film in FILMS.items()}
 def system_record(system: ConeSystem) -> dict[str, Any]:
     """The record of each component by its kind, and the film's ``law`` and ``prestretch_mode`` if it has them."""
     film = system.film
-    own = (
-        {"prestretch_mode": film.prestretch_mode, "law": to_record(film.law, LAWS)} if isinstance(film, GelFilm) else {}
-    )
-    return (
-        own
-        | {
-            "film": film_record(film),
-            "bias": bias_record(system.bias),
-            "waveform": to_record(system.waveform, WAVEFORMS),
-            "circuit": to_record(system.circuit, CIRCUITS),
-        }
-        | {
-            name: value
-            for second in system.films[1:]
-            for name, value in (("second_film", film_record(second.film)), ("second_drive", second.drive))
-        }
-    )
+    found: dict[str, Any] = {}
+    if isinstance(film, GelFilm):
+        found |= {"prestretch_mode": film.prestretch_mode, "law": to_record(film.law, LAWS)}
+    found |= {
+        "film": film_record(film),
+        "bias": bias_record(system.bias),
+        "waveform": to_record(system.waveform, WAVEFORMS),
+        "circuit": to_record(system.circuit, CIRCUITS),
+    }
+    for second in system.films[1:]:
+        found |= {"second_film": film_record(second.film), "second_drive": second.drive}
+    return found
 
 
 def film_record(film: Film) -> Any:

@@ -101,11 +101,6 @@ class GelFilm(Film):
         return TracedState(along, across, field, strain / self.law.strain_limit(n))
 
 
-def check_prestretch_mode(mode: str) -> None:
-    """Raise `InputError` for a mode that is not one of `PRESTRETCH_MODES`."""
-    check_name("prestretch_mode", mode, PRESTRETCH_MODES)
-
-
 @dataclass(frozen=True)
 class BranchedFilm(GelFilm):
     """A film of a gel with Maxwell branches.
@@ -124,7 +119,7 @@ class BranchedFilm(GelFilm):
     held_width: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        check_prestretch_mode(self.prestretch_mode)
+        check_name("prestretch_mode", self.prestretch_mode, PRESTRETCH_MODES)
         object.__setattr__(self, "reduced", tuple(sorted({int(k) for k in self.reduced})))
         _ = self.viscous
         check_name("rested", self.rested, RESTED)

@@ -68,7 +68,7 @@ def interpolated_curves(members: Members) -> Iterator[Interpolation | None]:
     exceeds ``LARGEST_ERROR``.
     """
     keys = _keys_of(members)
-    table = np.array([_row(key) for key in keys])
+    table = np.array([[*others, *dict(law).values()] for _, law, *others in keys])
     varied = table[:, np.ptp(table, axis=0) > 0.0] if len(keys) else table
     count = 2 * varied.shape[-1] + MORE_NODES
     if len(keys) <= count:
@@ -115,12 +115,6 @@ def _keys_of(members: Members) -> list[CurveKey]:
     if not isinstance(film, TautCone) or not (wrinkling or taut) or len(members.system.films) > 1:
         return []
     return curve_keys(film, own, own.get("radius_ratio", DEFAULT_RADIUS_RATIO))[0]
-
-
-def _row(key: CurveKey) -> list[float]:
-    """The numbers of a film in a row."""
-    _, law, *others = key
-    return [*others, *(number for _, number in law)]
 
 
 def _spread_out(places: Array, count: int) -> Sequence[int]:
