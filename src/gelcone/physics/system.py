@@ -84,10 +84,14 @@ class ConeSystem(SystemAtRest):
 
     def currents(self, tau: Any, z: Sequence[Any], n: Numbers) -> list[Any]:
         """Currents into the films along a motion, of numbers or arrays: the rates of their charges, and their leaks."""
-        leaks = self.leaks(tau, z, n)
-        return [
-            rate + leak if np.any(leak) else rate for rate, leak in zip(self._chargings(tau, z, n), leaks, strict=True)
+        found = iter(self._values(_total_rates, tau, z, n, _charges))
+        moving = zip(self.films, self.voltages(tau, z, n), self.voltage_rates(tau, z, n), strict=True)
+        rates = [
+            next(found) if film.film.traced_charge else film.current(z[0], z[1], voltage, rate, n)
+            for film, voltage, rate in moving
         ]
+        leaks = zip(rates, self.leaks(tau, z, n), strict=True)
+        return [rate + leak if np.any(leak) else rate for rate, leak in leaks]
 
     def leaks(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> list[Any]:
         """Current that leaks through each film."""
@@ -113,15 +117,6 @@ class ConeSystem(SystemAtRest):
         """Name of each limit of a line's circuit -> demand less limit, positive while the circuit is limited."""
         moment = self._moment(tau, z, n, np)
         return line.circuit.saturations(moment.port(line), self.states_of(z, "line", line.prefix), line.own(moment.n))
-
-    def _chargings(self, tau: Any, z: Sequence[Any], n: Numbers) -> list[Any]:
-        """Rates of change of the films' charges."""
-        found = iter(self._values(_total_rates, tau, z, n, _charges))
-        moving = zip(self.films, self.voltages(tau, z, n), self.voltage_rates(tau, z, n), strict=True)
-        return [
-            next(found) if film.film.traced_charge else film.current(z[0], z[1], voltage, rate, n)
-            for film, voltage, rate in moving
-        ]
 
     def under(
         self, command: Any, z: Sequence[Any], n: Numbers, xp: Any = np, *, rate: Any = 0.0, squares: Any = None
