@@ -9,7 +9,8 @@ from gelcone.physics.bias import Together, Weight
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.members import Rows
 from gelcone.physics.model import ConeModel
-from tests.physics.test_system import NoStateAbove, ViscousFilm
+from tests.physics.test_at_rest import NoStateAbove
+from tests.physics.test_system import ViscousFilm
 from tests.toys import CubicBias, FilteredVoltage, PowerFilm, ThreeHarmonics
 
 
