@@ -48,8 +48,9 @@ def parameters_of(device: Device, model: ConeModel, used: Collection[str], quant
     Raises `InputError` for a user-defined component whose numbers cannot be traced.
     """
     graph, fields = Graph(), device.swept_fields()
+    fixed = {*FIXED, *(GEL + own for own in device.material.law_parameters)}
     strength = device.material.dielectric_strength if device.dielectric_strength is None else device.dielectric_strength
-    known = {name: device.get(name) for name in fields if not _fixed(device, name)}
+    known = {name: device.get(name) for name in fields if name not in fixed}
     known |= {STRENGTH: 0.0 if strength is None else strength}
     if known.get(DAMPING) is None:
         known[DAMPING] = 2.0 * carried_mass(device.get) * model.values["damping_ratio"] / device.scales.time
@@ -70,12 +71,6 @@ def parameters_of(device: Device, model: ConeModel, used: Collection[str], quant
         nodes=nodes,
         scales={"1": graph.constant(1.0)} | wanted,
     )
-
-
-def _fixed(device: Device, name: str) -> bool:
-    """Whether a field is fixed."""
-    law = {GEL + own for own in device.material.law_parameters}
-    return name in FIXED or name in law
 
 
 def _numbers(device: Device, model: ConeModel, scales: Scales, get: Any, graph: Graph) -> dict[str, Node]:

@@ -224,52 +224,55 @@ def _rate_unit(unit: str) -> str:
 
 def sources(exported: Exported) -> dict[str, str]:
     """Write the header and the source: file name -> text."""
-    name, program = exported.name, exported.program
+    name, program, title = exported.name, exported.program, in_comment(exported.device.name)
     lines = [c99.PRELUDE, *_tables(exported), *_translated(exported), _template("core.c"), _template("device.c")]
-    source = f'/* {_title(exported)}, exported by gelcone {__version__}: see {name}.h. */\n#include "{name}.h"\n\n'
+    source = f'/* {title}, exported by gelcone {__version__}: see {name}.h. */\n#include "{name}.h"\n\n'
     n = program.sizes
-    sizes = {
-        "PARAMETERS": max(len(exported.parameters.values), 1),
-        "STATES": n["states"],
-        "SWITCHES": max(len(program.switches), 1),
-        "NUMBERS": len(program.numbers) + len(exported.parameters.scales),
-        "OUT": len(program.outputs),
-        "ROOTS": max(n["roots"], 1),
-        "TABLE": max(n["held"], 1),
-        "LANES": n["laws"] * n["rows"],
-        "SCRATCH": n["scratch"],
-        "STORE": n["rows"],
-        "WORDS": n["words"],
+    values = {
+        "DEVICE_TITLE": title,
+        "GELCONE_VERSION": __version__,
+        "VARIABLES\n": _enum(exported),
+        "SIZE_PARAMETERS": max(len(exported.parameters.values), 1),
+        "SIZE_STATES": n["states"],
+        "SIZE_SWITCHES": max(len(program.switches), 1),
+        "SIZE_NUMBERS": len(program.numbers) + len(exported.parameters.scales),
+        "SIZE_OUT": len(program.outputs),
+        "SIZE_ROOTS": max(n["roots"], 1),
+        "SIZE_TABLE": max(n["held"], 1),
+        "SIZE_LANES": n["laws"] * n["rows"],
+        "SIZE_SCRATCH": n["scratch"],
+        "SIZE_STORE": n["rows"],
+        "SIZE_WORDS": n["words"],
     }
-    header = _template("device.h").replace("DEVICE_TITLE", _title(exported)).replace("GELCONE_VERSION", __version__)
-    header = re.sub(r"SIZE_(\w+)", lambda found: str(sizes[found[1]]), header).replace("VARIABLES\n", _enum(exported))
-    return {f"{name}.h": _named(header, name), f"{name}.c": _named(source + "\n".join(lines), name)}
+    return {f"{name}.h": filled("device.h", name, values), f"{name}.c": _named(source + "\n".join(lines), name)}
 
 
 def example(exported: Exported) -> str:
     """Write a program that drives the device by its voltage."""
-    device = exported.device
     amplitude, offset, frequency = (
-        float(getattr(device, f)) for f in ("voltage_amplitude", "voltage_offset", "frequency")
+        float(getattr(exported.device, f)) for f in ("voltage_amplitude", "voltage_offset", "frequency")
     )
-    text = _template("example.c")
-    text = re.sub(
-        r"DRIVE_AT\(((?:[^()]|\([^()]*\))*)\)", rf"{offset!r} + {amplitude!r} * sin(turn * {frequency!r} * (\1))", text
-    )
-    if exported.inside:
-        text = re.sub(r" +double before.*?/ step\);\n", "", text, flags=re.S).replace(", turn = 6.283185307179586", "")
-        text = text.replace("DEVICE_UP_VOLTAGE)", "DEVICE_UP_FILM_VOLTAGE)").replace(" voltage,", " film voltage,")
-        text = text.replace("voltage (V)", "film voltage (V)")
-    if "current" not in exported.outputs:
-        text = text.replace("DEVICE_UP_CURRENT", "DEVICE_UP_VELOCITY").replace("current (A)", "velocity (m/s)")
-    return _named(text.replace("EXAMPLE_STEPS", "1000"), exported.name)
+    shown, turn, drive = "film voltage", "", ""
+    if not exported.inside:
+        before, after = (
+            f"{offset!r} + {amplitude!r} * sin(turn * {frequency!r} * ({at}))" for at in ("k * step", "(k + 1) * step")
+        )
+        shown, turn = "voltage", ", turn = 6.283185307179586"
+        drive = (
+            f"    double before = {before}, after = {after};\n"
+            "    DEVICE_set(&device, DEVICE_UP_VOLTAGE, before);\n"
+            "    DEVICE_set(&device, DEVICE_UP_VOLTAGE_RATE, (after - before) / step);\n"
+        )
+    last, unit = ("current", "A") if "current" in exported.outputs else ("velocity", "m/s")
+    values = {"FIRST_SHOWN": shown, "FIRST_NAME": constant(shown), ", TURN_SET": turn, "DRIVE_SET\n": drive}
+    return filled("example.c", exported.name, values | {"LAST_SHOWN": f"{last} ({unit})", "LAST_NAME": constant(last)})
 
 
-def filled(template: str, name: str, values: Mapping[str, str]) -> str:
+def filled(template: str, name: str, values: Mapping[str, object]) -> str:
     """Fill the name of the device and some ``values`` into a template."""
     text = _template(template)
     for word, value in values.items():
-        text = text.replace(word, value)
+        text = text.replace(word, str(value))
     return _named(text, name)
 
 
@@ -280,11 +283,6 @@ def _template(name: str) -> str:
 def _named(text: str, name: str) -> str:
     """Replace DEVICE by the name of the device in a text."""
     return text.replace("DEVICE_H\n", f"{name.upper()}_H\n").replace("DEVICE_UP", name.upper()).replace("DEVICE", name)
-
-
-def _title(exported: Exported) -> str:
-    """The device's name for a comment."""
-    return in_comment(exported.device.name)
 
 
 def in_comment(text: str) -> str:
@@ -320,7 +318,6 @@ def _tables(exported: Exported) -> list[str]:
     z, switches = exported.start()
     numbers, scales = exported.numbers(), list(parameters.scales)
     members, n = exported.model.members(), program.sizes
-    fields = list(parameters.fields.values())
     names = list(program.numbers)
     places = dict(zip((*INPUTS, PHASE), ("VOLTAGE", "VOLTAGE_RATE", "FORCE", "FORCE_RATE", "PHASE"), strict=True))
     pieces = exported.pieces
@@ -352,8 +349,9 @@ def _tables(exported: Exported) -> list[str]:
         *([] if pieces is None else _piece_tables(pieces)),
         _array("double", "NUMBERS", [numbers[name] for name in names]),
         _array("double", "PARAMETERS", list(parameters.values.values())),
-        _array("double", "LEAST", [_least(field) for field in fields]),
-        _array("int", "EXCLUSIVE", [_exclusive(*own) for own in parameters.fields.items()]),
+        _array("double", "LEAST", [_least(field) for field in parameters.fields.values()]),
+        # a dielectric strength of 0 stands for an unknown one
+        _array("int", "EXCLUSIVE", [f.above is not None and name != STRENGTH for name, f in parameters.fields.items()]),
         _array("double", "START", list(z)),
         _array("double", "START_SWITCHES", [switches[name] for name in program.switches]),
         _array("int", "STATE_SCALE", [scales.index(q) if q in scales else scales.index("1") for q in quantities]),
@@ -364,7 +362,7 @@ def _tables(exported: Exported) -> list[str]:
         _array("int", "FILM_OUT", [out.index(name) if name in out else -1 for name in film_out]),
         _array("int", "HAS_KINDS", [bool(film.kinds) for film in system.films]),
         _array("int", "KIND", [kind for film in system.films for kind in _kinds(film, program.switches)]),
-        _array("int", "SLACK", [kind in _slack(film) for film in system.films for kind in range(most)]),
+        _array("int", "SLACK", [kind in own for own in map(_slack, system.films) for kind in range(most)]),
         _array("double", "REACH", [end for film in system.films for end in film.film.reach(film.own(numbers))]),
         _array("int", "FLAT_HEIGHT", [names.index(FLAT_HEIGHT) if film.drive else -1 for film in system.films]),
     ]  # fmt: skip
@@ -388,11 +386,6 @@ def _least(field: Any) -> float:
     """The least value of a field; that of all numbers if it has no bound."""
     bound = field.above if field.above is not None else field.least
     return -LARGEST if bound is None else float(bound)
-
-
-def _exclusive(name: str, field: Any) -> bool:
-    """Whether a field must exceed its least value; a dielectric strength of 0 stands for an unknown one."""
-    return field.above is not None and name != STRENGTH
 
 
 def _kinds(film: Any, switches: Sequence[str]) -> list[int]:
