@@ -44,9 +44,13 @@ def test_the_compiler_of_other_machines_takes_their_target(monkeypatch):
 @pytest.mark.parametrize(("command", "position"), [(["cc"], True), (["zig", "x86_64-windows-gnu"], False)])
 def test_a_library_is_compiled_without_contraction(command, position, monkeypatch):
     asked, heard = [], []
-    monkeypatch.setattr(
-        compiler.subprocess, "run", lambda given, **how: asked.append(given) or SimpleNamespace(returncode=0, stderr="")
-    )
+
+    def run(given, cwd, **how):
+        asked.append((given, Path(cwd, "a.c").read_text()))
+        Path(cwd, "library").write_bytes(b"made")
+        return SimpleNamespace(returncode=0, stderr="")
+
+    monkeypatch.setattr(compiler.subprocess, "run", run)
 
     class Making:
         def __init__(self, kind):
@@ -55,9 +59,9 @@ def test_a_library_is_compiled_without_contraction(command, position, monkeypatc
         __enter__ = __exit__ = lambda self, *_: None
 
     monkeypatch.setattr(disk_cache, "making", Making)
-    compiler.compile_library(command, Path("a.c"), Path("a.so"))
-    ((*own, to, library, source, mathematics),) = asked
-    assert (to, library, source, mathematics) == ("-o", "a.so", "a.c", "-lm")
+    assert compiler.compile_library(command, {"a.c": "int a;", "a.h": ""}, "a.c") == b"made"
+    (((*own, to, library, source, mathematics), text),) = asked
+    assert (to, library, source, mathematics, text) == ("-o", "library", "a.c", "-lm", "int a;")
     assert own[: len(command)] == command
     flags = set(own[len(command) :])
     assert {"-std=c99", "-ffp-contract=off", "-shared", "-fvisibility=hidden"} <= flags
@@ -73,7 +77,7 @@ def test_a_compiler_that_fails_is_named_with_its_first_line(said, first, monkeyp
     failed = subprocess.CompletedProcess([], 1, stdout="", stderr=said)
     monkeypatch.setattr(compiler.subprocess, "run", lambda *given, **how: failed)
     with pytest.raises(InputError) as error:
-        compiler.compile_library(["my-cc", "-x"], Path("a.c"), Path("a.so"))
+        compiler.compile_library(["my-cc", "-x"], {"a.c": ""}, "a.c")
     assert str(error.value) == (
         f"my-cc: does not compile the source ({first}); give another one by CC, or CC= for none"
     )

@@ -17,7 +17,7 @@ import pytest
 
 import gelcone
 from gelcone.errors import InputError, MissingDependency
-from gelcone.export import wasm
+from gelcone.export import compiler, wasm
 from gelcone.export.reference import Reference
 from gelcone.export.sources import Exported
 from tests.export.instance import device
@@ -204,7 +204,7 @@ def test_without_a_compiler_the_remedy_is_named(tmp_path, monkeypatch):
 def test_a_compiler_that_fails_is_named_with_its_first_line(said, first, monkeypatch):
     failed = subprocess.CompletedProcess([], 1, stdout="", stderr=said)
     monkeypatch.setattr(wasm, "find_compiler", lambda: ["my-cc", "-target", "wasm32"])
-    monkeypatch.setattr(wasm.subprocess, "run", lambda *given, **how: failed)
+    monkeypatch.setattr(compiler.subprocess, "run", lambda *given, **how: failed)
     with pytest.raises(InputError) as error:
         wasm._compiled(Exported(device(film="taut"), "pump", False, 1e-7))
     assert str(error.value) == f"my-cc: does not make WebAssembly of the source ({first}); install ziglang"

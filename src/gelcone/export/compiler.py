@@ -8,6 +8,8 @@ import shlex
 import shutil
 import subprocess
 import sys
+import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 
 from gelcone import disk_cache
@@ -32,14 +34,26 @@ def cross_compiler(target: str) -> list[str]:
     return [sys.executable, "-m", "ziglang", "cc", "-target", target, "-s"]
 
 
-def compile_library(compiler: list[str], source: Path, library: Path) -> None:
-    """Compile one source to a shared library; `InputError` with the first line of the compiler if that fails."""
+def compile_library(compiler: list[str], texts: Mapping[str, str], source: str) -> bytes:
+    """Compile one of some sources, name -> text, to a shared library; `InputError` as `compiled`."""
     flags = [flag for flag in FLAGS if not (flag == "-fPIC" and any("windows" in word for word in compiler))]
-    command = [*compiler, *flags, "-o", str(library), str(source), "-lm"]
-    with disk_cache.making("library"):
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
-    if done.returncode:
-        first = (done.stderr.strip().splitlines() or ["no message"])[0]
-        raise InputError(
-            f"{compiler[0]}: does not compile the source ({first}); give another one by CC, or CC= for none"
-        )
+    command = [*compiler, *flags, "-o", "library", source, "-lm"]
+    return compiled(
+        command, texts, "library", "does not compile the source ({}); give another one by CC, or CC= for none"
+    )
+
+
+def compiled(command: list[str], texts: Mapping[str, str], made: str, refusal: str) -> bytes:
+    """Compile sources, name -> text, in a folder of their own by a ``command`` that makes the file ``made``.
+
+    `InputError` with the ``refusal``, which holds the first line of the compiler, if that fails.
+    """
+    with tempfile.TemporaryDirectory(prefix="gelcone-") as folder:
+        for name, text in texts.items():
+            Path(folder, name).write_text(text, encoding="utf-8")
+        with disk_cache.making(Path(made).stem):
+            done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+        if done.returncode:
+            first = (done.stderr.strip().splitlines() or ["no message"])[0]
+            raise InputError(f"{command[0]}: {refusal.format(first)}")
+        return Path(folder, made).read_bytes()

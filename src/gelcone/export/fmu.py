@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import platform
-import tempfile
 import zipfile
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -48,6 +47,7 @@ PLATFORMS: Mapping[str, Platform] = {
 }
 _SYSTEMS = {"Linux": "linux", "Darwin": "macos", "Windows": "windows"}
 _MACHINES = {"x86_64": "", "amd64": "", "aarch64": "-arm", "arm64": "-arm"}
+Numbered = Sequence[tuple[int, Variable]]
 _DATE = (1980, 1, 1, 0, 0, 0)
 
 
@@ -56,8 +56,10 @@ def write_fmu(exported: Exported, path: Path, fmi: int, platforms: Sequence[str]
     compilers = _compilers(exported.name, fmi, platforms)
 
     def write(temporary: Path) -> None:
-        contents = {name: text.encode() for name, text in _contents(exported, fmi).items()}
-        contents |= {place: _compiled(compiler, contents, fmi) for place, compiler in compilers.items()}
+        texts = _contents(exported, fmi)
+        own = {Path(name).name: text for name, text in texts.items() if name.startswith("sources/")}
+        contents = {name: text.encode() for name, text in texts.items()}
+        contents |= {place: compile_library(compiler, own, f"fmi{fmi}.c") for place, compiler in compilers.items()}
         with zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED) as archive:
             for name, data in sorted(contents.items()):
                 entry = zipfile.ZipInfo(name, _DATE)
@@ -102,17 +104,6 @@ def _contents(exported: Exported, fmi: int) -> dict[str, str]:
     return found
 
 
-def _compiled(compiler: list[str], contents: Mapping[str, bytes], fmi: int) -> bytes:
-    """Compile the sources to a library."""
-    with tempfile.TemporaryDirectory(prefix="gelcone-") as folder:
-        for name, data in contents.items():
-            if name.startswith("sources/"):
-                Path(folder, Path(name).name).write_bytes(data)
-        library = Path(folder, "library")
-        compile_library(compiler, Path(folder, f"fmi{fmi}.c"), library)
-        return library.read_bytes()
-
-
 # --- the description --------------------------------------------------------------------------------------------------
 
 
@@ -135,8 +126,11 @@ def description(exported: Exported, fmi: int, token: str) -> str:
     kinds = _kinds_of_fmu(exported, fmi)
     used = {own.unit for _, own in listed} | {"s"}
     units = _lines(_unit(unit) for unit in UNITS if unit in used)
-    rows = _rows2(exported, listed) if fmi == 2 else _rows3(exported, listed)
-    structure = _structure2(listed) if fmi == 2 else _structure3(exported, listed)
+    numbered = listed if fmi == 3 else list(enumerate((own for _, own in listed), start=1))
+    rows = _rows(exported, listed, numbered, fmi)
+    if fmi == 3:
+        rows = _rows3(exported, rows)
+    structure = _structure2(numbered) if fmi == 2 else _structure3(exported, numbered)
     experiment = {"startTime": "0", "stopTime": "1", "tolerance": f"{exported.tolerance:g}", "stepSize": "0.001"}
     return (
         f'<?xml version="1.0" encoding="UTF-8"?>\n{head}\n{kinds}  <UnitDefinitions>\n{units}  </UnitDefinitions>\n'
@@ -205,51 +199,39 @@ def _is_flag(own: Variable) -> bool:
     return own.kind == "code" and not own.name.endswith("film_state") and own.name != "outcome"
 
 
-def _given(
-    own: Variable, starts: Mapping[str, float], places: Mapping[str, int]
-) -> tuple[str | None, str | None, int | None]:
-    """Unit and start value of a variable, and for a rate the index of its state."""
-    start = 0.0 if own.kind == "input" else starts.get(own.name)
-    of = places[own.name.removesuffix(RATE)] if own.kind == "rate" else None
-    return own.unit or None, None if start is None else repr(start), of
-
-
-def _groups(numbered: Sequence[tuple[int, Variable]]) -> tuple[list[int], list[int], list[int]]:
+def _groups(numbered: Numbered) -> tuple[list[int], list[int], list[int]]:
     """The numbers of outputs, of rates, and of initial unknowns."""
     outputs = [number for number, own in numbered if own.kind in ("state", "output", "code")]
     rates = [number for number, own in numbered if own.kind == "rate"]
     return outputs, rates, sorted([*rates, *(number for number, own in numbered if own.kind in ("output", "code"))])
 
 
-def _rows2(exported: Exported, listed: list[tuple[int, Variable]]) -> list[str]:
-    starts, places = _starts(exported), {own.name: row for row, (_, own) in enumerate(listed, start=1)}
+def _rows(exported: Exported, listed: Numbered, numbered: Numbered, fmi: int) -> list[str]:
+    """The variables that both versions list, ``numbered`` as the version refers to them."""
+    starts, numbers = _starts(exported), {own.name: number for number, own in numbered}
+    real, whole = ("Real", "Integer") if fmi == 2 else ("Float64", "Int32")
     found = []
     for place, own in listed:
-        kind = "Boolean" if _is_flag(own) else "Integer" if own.kind == "code" else "Real"
-        unit, start, of = _given(own, starts, places)
-        inside = {"unit": unit, "start": start, "derivative": of}
-        found.append(_element("ScalarVariable", _attributes(own, place), _element(kind, inside)))
+        kind = "Boolean" if _is_flag(own) else whole if own.kind == "code" else real
+        start = 0.0 if own.kind == "input" else starts.get(own.name)
+        shared = _attributes(own, place)
+        typed = {
+            "unit": own.unit or None,
+            "start": None if start is None else repr(start),
+            "derivative": numbers[own.name.removesuffix(RATE)] if own.kind == "rate" else None,
+        }
+        if fmi == 2:
+            found.append(_element("ScalarVariable", shared, _element(kind, typed)))
+        else:
+            found.append(_element(kind, shared | typed))
     return found
 
 
-def _structure2(listed: list[tuple[int, Variable]]) -> list[str]:
-    outputs, rates, unknown = _groups([(row, own) for row, (_, own) in enumerate(listed, start=1)])
-
-    def each(name: str, numbers: Iterable[int]) -> str:
-        return _element(name, {}, "".join(_element("Unknown", {"index": number}) for number in numbers))
-
-    return [each("Outputs", outputs), each("Derivatives", rates), each("InitialUnknowns", unknown)]
-
-
-def _rows3(exported: Exported, listed: list[tuple[int, Variable]]) -> list[str]:
-    starts, places = _starts(exported), {own.name: place for place, own in listed}
+def _rows3(exported: Exported, rows: list[str]) -> list[str]:
+    """The variables of FMI 3.0: the time, ``rows``, and the event indicators."""
     count = len(exported.variables)
     time = {"name": "time", "valueReference": count - len(exported.parameters.values) - 1, "causality": "independent"}
-    found = [_element("Float64", time | {"variability": "continuous", "unit": "s"})]
-    for place, own in listed:
-        kind = "Boolean" if _is_flag(own) else "Int32" if own.kind == "code" else "Float64"
-        unit, start, of = _given(own, starts, places)
-        found.append(_element(kind, _attributes(own, place) | {"unit": unit, "derivative": of, "start": start}))
+    found = [_element("Float64", time | {"variability": "continuous", "unit": "s"}), *rows]
     for k in range(len(exported.program.border_switches)):
         own = Variable(f"border_{k}", "local", "", "positive on the side of the border on which the motion is")
         attributes = _attributes(own, count + k) | {"causality": "local", "variability": "continuous"}
@@ -257,8 +239,17 @@ def _rows3(exported: Exported, listed: list[tuple[int, Variable]]) -> list[str]:
     return found
 
 
-def _structure3(exported: Exported, listed: list[tuple[int, Variable]]) -> list[str]:
-    outputs, rates, unknown = _groups(listed)
+def _structure2(numbered: Numbered) -> list[str]:
+    outputs, rates, unknown = _groups(numbered)
+
+    def each(name: str, numbers: Iterable[int]) -> str:
+        return _element(name, {}, "".join(_element("Unknown", {"index": number}) for number in numbers))
+
+    return [each("Outputs", outputs), each("Derivatives", rates), each("InitialUnknowns", unknown)]
+
+
+def _structure3(exported: Exported, numbered: Numbered) -> list[str]:
+    outputs, rates, unknown = _groups(numbered)
     count = len(exported.variables)
     borders = range(count, count + len(exported.program.border_switches))
     groups = {

@@ -8,12 +8,11 @@ import json
 import shutil
 import subprocess
 import sys
-import tempfile
 from pathlib import Path
 
-from gelcone import disk_cache
 from gelcone._version import __version__
-from gelcone.errors import InputError, MissingDependency
+from gelcone.errors import MissingDependency
+from gelcone.export.compiler import compiled
 from gelcone.export.sources import Exported, filled, in_comment, sources
 from gelcone.files import check_writable, write_together, writer_of
 
@@ -76,14 +75,6 @@ def _has_builtins(target: tuple[str, ...]) -> bool:
 
 def _compiled(exported: Exported) -> bytes:
     """Compile the module."""
-    compiler = find_compiler()
-    with tempfile.TemporaryDirectory(prefix="gelcone-") as folder:
-        for name, text in (sources(exported) | {"wasm.c": filled("wasm.c", exported.name, {})}).items():
-            Path(folder, name).write_text(text, encoding="utf-8")
-        command = [*compiler, *FLAGS, "-o", "module.wasm", "wasm.c", "-lm"]
-        with disk_cache.making("module"):
-            done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-        if done.returncode:
-            first = (done.stderr.strip().splitlines() or ["no message"])[0]
-            raise InputError(f"{compiler[0]}: does not make WebAssembly of the source ({first}); install ziglang")
-        return Path(folder, "module.wasm").read_bytes()
+    command = [*find_compiler(), *FLAGS, "-o", "module.wasm", "wasm.c", "-lm"]
+    texts = sources(exported) | {"wasm.c": filled("wasm.c", exported.name, {})}
+    return compiled(command, texts, "module.wasm", "does not make WebAssembly of the source ({}); install ziglang")
