@@ -186,18 +186,23 @@ def test_a_run_and_its_evidence_have_times_of_their_own(monkeypatch):
             slot.watch.stop.wait(5.0)
             raise pages.Stopped
 
-        assert await own._computed(own.first, LOOK, lambda: never(own.first)) is None
-        (head, _), stopped = own.sent[0], own.second.watch
-        assert (head["kind"], head["id"], head["side"]) == ("error", 3, "a")
+        own.shelf = SimpleNamespace(at_once=lambda *_, **__: never(own.first))
+        own.pool = SimpleNamespace(warm=lambda _: None)
+        monkeypatch.setitem(pages.look.STAGES, "kind", lambda _: never(own.second))
+        stopped = own.second.watch
+        await own._look("a", LOOK | {"made": False})
+        await own._examine_now("a", LOOK, None)
+        (run, _), (evidence, _) = own.sent
+        assert (run["kind"], run["id"], run["side"]) == ("error", 3, "a")
+        assert (evidence["kind"], evidence["id"], evidence["side"], evidence["stage"]) == ("late", 3, "a", "kind")
         late = "takes more than {} s; take a shorter run, or ask the command line (Save…)"
-        assert head["message"] == "the run " + late.format("0.05")
-        with pytest.raises(pages._Late, match=r"the evidence takes more than 0\.15 s"):
-            await own._computed(own.second, LOOK, lambda: never(own.second))
+        assert run["message"] == "the run " + late.format("0.05")
+        assert evidence["message"] == "the evidence " + late.format("0.15")
         assert own.second.watch is not stopped  # so that what comes next of this request is not stopped, too
-        assert await own._computed(own.second, LOOK, lambda: "found") == "found"
+        assert await own._computed(own.second, lambda: "found") == "found"
         own.end()
         with pytest.raises(pages.Stopped):
-            await own._computed(own.second, LOOK, lambda: "found")
+            await own._computed(own.second, lambda: "found")
 
     asyncio.run(story())
 

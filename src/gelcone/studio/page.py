@@ -61,10 +61,6 @@ RESTED_SECONDS = 0.2
 """Time without a new look after which slower computations begin."""
 
 
-class _Late(Exception):
-    """The reason why a part of the evidence is missing, such as its time limit."""
-
-
 class Page:
     """A page and its connection."""
 
@@ -179,15 +175,14 @@ class Page:
             about = look.about(subject) | {"membrane": profiles.names(subject.model), "stands": request["stands"]}
             return subject, parts, {"about": about}
 
-        if request.get("controls"):  # sent first: the run may take a while
-            known = await self._computed(self.first, request, read)
-            if known is None:
-                return
-            await self._show("subject", request, look.Parts(), known)
-        found = await self._computed(self.first, request, compute)
-        if found is None:
-            return
-        subject, parts, more = found
+        try:
+            if request.get("controls"):  # sent first: the run may take a while
+                await self._show("subject", request, look.Parts(), await self._computed(self.first, read))
+            subject, parts, more = await self._computed(self.first, compute)
+        except (Stopped, WebSocketDisconnect):
+            raise
+        except Exception as error:
+            return await self.fail(request["id"], error, side)
         self.second.give(side, (request, subject))
         await self._show("response", request, parts, more)
 
@@ -212,11 +207,14 @@ class Page:
         for name in wanted:
             self.second.refines = name == "section"
             try:
-                parts = await self._computed(self.second, request, partial(look.STAGES[name], subject))
-                await self._show(name, request, parts)
-            except _Late as late:
-                await self._late(request, name, late)
+                parts = await self._computed(self.second, partial(look.STAGES[name], subject))
+            except Stopped:
+                raise
+            except Exception as error:
+                await self._late(request, name, error)
                 parts, self.second.missing = look.Settled(words={"regime": None}), []
+            else:
+                await self._show(name, request, parts)
             self.pool.warm(load)
             if name == "kind" and request["id"] == self._newest[side]:
                 self._known[side] = request["id"]
@@ -279,9 +277,8 @@ class Page:
 
     async def _late(self, request: Mapping[str, Any], stage: str, error: Exception) -> None:
         """Sends the reason why a stage of a look is missing."""
-        message = " ".join(str(error).split())
-        head = {"kind": "late", "id": request["id"], "side": request["side"], "stage": stage, "message": message}
-        await self.send(head)
+        head = {"kind": "late", "id": request["id"], "side": request["side"], "stage": stage}
+        await self.send(head | {"message": _in_words(error)})
 
     async def _send_profiles(self, request: dict[str, Any], model: ConeModel, work: Work, source: Source) -> None:
         """Sends the profile tables that the page does not have yet."""
@@ -317,9 +314,8 @@ class Page:
             look.STATICS.keep(subject.model, await work.do(find_static, source))
             await self._add("statics", request, look.statics, subject)
 
-    async def _computed(self, slot: Slot, request: Mapping[str, Any], compute: Callable[[], Any]) -> Any:
-        """The result of ``compute``, run in a thread under the slot's watch; None after an error, which is sent to the
-        page."""
+    async def _computed(self, slot: Slot, compute: Callable[[], Any]) -> Any:
+        """The result of ``compute``, run in a thread under the slot's watch; `InputError` beyond its time limit."""
         if self._ended.is_set():
             raise Stopped
         watch, loop = slot.watch, asyncio.get_running_loop()
@@ -339,18 +335,11 @@ class Page:
         except Stopped:
             if loop.time() < limit.when() or slot.overtaken or self._ended.is_set():
                 raise
+            slot.watch = Watch()  # for the next stages of this request
             what = "the evidence" if slot is self.second else "the run"
-            late = f"{what} takes more than {seconds:g} s; take a shorter run, or ask the command line (Save…)"
-            if slot is self.second:
-                slot.watch = Watch()  # for the next stages of this request
-                raise _Late(late) from None
-            await self.fail(request["id"], InputError(late), request.get("side"))
-            return None
-        except Exception as error:
-            if slot is self.second:
-                raise _Late(_in_words(error)) from None
-            await self.fail(request["id"], error, request.get("side"))
-            return None
+            raise InputError(
+                f"{what} takes more than {seconds:g} s; take a shorter run, or ask the command line (Save…)"
+            ) from None
         finally:
             limit.cancel()
         if slot.overtaken:
