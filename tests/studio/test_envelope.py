@@ -184,7 +184,7 @@ def test_an_envelope_begins_with_the_default_frequencies_and_goes_between_rows_u
     plane = SimpleNamespace(model="model", default_frequencies=lambda: np.array([0.75, 1.5]))
     asked = record(
         monkeypatch, envelope, _plane=plane,
-        scales={"frequency": (3.0, "Hz"), "voltage": (40.0, "V")}, unknown_between=("between", "around"),
+        scales={"frequency": 3.0, "voltage": 40.0}, unknown_between=("between", "around"),
     )  # fmt: skip
     axes = envelope.find_axes(PUMP)
     assert (axes.omegas.tolist(), axes.hertz, axes.volts) == ([0.75, 1.5], 3.0, 40.0)

@@ -367,7 +367,7 @@ def test_axes_are_in_the_units_of_the_numbers(shelf):
         "constant": "constant voltage (V)",
         "frequency": "frequency (Hz)",
         "amplitude": "amplitude (mm)",
-    } | {"velocity": f"velocity ({look.scales(shelf.subject(SUBJECTS['device']))['velocity'][1]})"}
+    } | {"velocity": f"velocity ({look.units(shelf.subject(SUBJECTS['device']))['velocity']})"}
     preset = look.axes(shelf.subject(SUBJECTS["preset"]))
     assert preset["displacement"] == "displacement"
     assert not any("(" in name for name in preset.values())

@@ -47,7 +47,7 @@ class Axes(NamedTuple):
 def find_axes(source: Source) -> Axes:
     """The `Axes` of an envelope."""
     plane, by = _plane(*source.key), scales(source.subject())
-    return Axes(plane.default_frequencies(), by["frequency"][0], by["voltage"][0])
+    return Axes(plane.default_frequencies(), by["frequency"], by["voltage"])
 
 
 class Limits(NamedTuple):

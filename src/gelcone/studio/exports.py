@@ -30,13 +30,7 @@ if TYPE_CHECKING:
 
 OPTIONS: Mapping[str, Mapping[str, Callable[[Any], float]]] = {
     "simulate": {"periods": check_periods},
-    "section": {},
-    "spectrum": {},
-    "regime": {},
-    "static": {},
-    "map": {},
-    "bifurcation": {},
-    "envelope": {},
+    **dict.fromkeys(("section", "spectrum", "regime", "static", "map", "bifurcation", "envelope"), {}),
 }
 """Result that the page can save -> the options that the page sends for it, and their checks."""
 OVER: Mapping[str, tuple[str, ...]] = {"map": ("x", "y"), "bifurcation": ("over",)}

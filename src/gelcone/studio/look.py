@@ -90,20 +90,26 @@ def check_periods(periods: Any) -> float:
     return float(periods)
 
 
-def scales(subject: Subject) -> dict[str, tuple[float, str]]:
-    """Quantity -> one unit of the model in the page's unit, and that unit's name (empty: dimensionless)."""
-    quantities = ("length", "time", "velocity", "voltage", "frequency")
-    if subject.device is None:
-        return dict.fromkeys(quantities, (1.0, ""))
-    return {quantity: (subject.device.scales.shown(quantity), MEASURES[quantity].shown) for quantity in quantities}
+QUANTITIES = ("length", "time", "velocity", "voltage", "frequency")
+
+
+def scales(subject: Subject) -> dict[str, float]:
+    """Quantity -> one unit of the model in the page's unit."""
+    own = subject.device
+    return {quantity: 1.0 if own is None else own.scales.shown(quantity) for quantity in QUANTITIES}
+
+
+def units(subject: Subject) -> dict[str, str]:
+    """Quantity -> the name of the page's unit; empty: dimensionless."""
+    return {quantity: "" if subject.device is None else MEASURES[quantity].shown for quantity in QUANTITIES}
 
 
 def axes(subject: Subject) -> dict[str, str]:
     """The axis labels of the plots, with units."""
-    units = {quantity: unit for quantity, (_, unit) in scales(subject).items()}
+    own = units(subject)
 
     def named(name: str, quantity: str) -> str:
-        return f"{name} ({units[quantity]})" if units[quantity] else name
+        return f"{name} ({own[quantity]})" if own[quantity] else name
 
     height = "height" if subject.device is not None else "displacement"
     return {
@@ -145,7 +151,7 @@ def response(subject: Subject, periods: float) -> Parts:
             "seems": seems,
             "ended": outcome.words if outcome else "",
             "shares": found_in,
-            "period": period * scales(subject)["time"][0],
+            "period": period * scales(subject)["time"],
             "shown": span / period,
             "cut": count < wanted,
         },
@@ -155,7 +161,7 @@ def response(subject: Subject, periods: float) -> Parts:
 def _too_slow(subject: Subject, periods: float) -> str:
     """The message that a number of periods lasts too long, with the lowest frequency at which it does not."""
     name = "frequency" if subject.device is not None else "drive_frequency"
-    each, unit = scales(subject)["frequency"]
+    each, unit = scales(subject)["frequency"], units(subject)["frequency"]
     frequency = each * float(np.ravel(subject.model.drive_frequency)[0])
     lowest = MARGIN * each * 2.0 * np.pi * periods / LONGEST_TIME
     texts = [f"{value:.3g} {unit}".rstrip() for value in (frequency, lowest)]
@@ -168,7 +174,7 @@ def curve(members: Members, run: Trajectories, subject: Subject, prefix: str = "
     Time, height, velocity and voltage; for each film its state, its thickness over the unstretched one, and its true
     field over the dielectric strength (over the largest field where the strength is unknown).
     """
-    by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
+    by = scales(subject)
     x, voltages = run.states[..., 0], members.voltages(run.times, run.states)
     with np.errstate(all="ignore"):
         states = members.film_states(run.states, voltages)
@@ -233,10 +239,10 @@ def _ended(subject: Subject, run: Trajectories) -> str:
     outcome = Outcome(int(run.outcome[0]))
     if outcome is not Outcome.PULLED_IN:
         return outcome.meaning
-    by = scales(subject)
+    by, unit = scales(subject), units(subject)
     voltage = subject.model.members().voltages(run.end_times[:, None], run.end_states[:, None])[0]
     places = zip((run.end_times[0], run.end_states[0, 0], voltage[0, 0]), ("time", "length", "voltage"), strict=True)
-    time, height, volts = (f"{value * by[name][0]:.4g} {by[name][1]}".strip() for value, name in places)
+    time, height, volts = (f"{value * by[name]:.4g} {unit[name]}".strip() for value, name in places)
     return f"the film pulls in after {time}, at the height {height}, under {volts}; lower the voltage or the start"
 
 
@@ -286,7 +292,7 @@ def kind(subject: Subject) -> Settled:
     member = single(found, subject)
     outcome = Outcome(int(member["outcome"]))
     regime = Regime(int(member["regime"]))
-    by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
+    by = scales(subject)
     points = np.asarray(found.variables["section"][1])[0]
     arrays: dict[str, Any] = {}
     run = None
@@ -342,7 +348,7 @@ def section(subject: Subject) -> Parts:
     """More section points of a motion that does not repeat."""
     states = start_states(subject.model.members(), subject.initial)
     found = section_cells(subject.model.members(), states, repeats=SECTION_POINTS, threads=1)
-    by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
+    by = scales(subject)
     x, u = (np.asarray(found.variables[name][1])[0] for name in ("displacement", "velocity"))
     return Parts({"px": x * by["length"], "pu": u * by["velocity"]})
 
@@ -356,7 +362,7 @@ def spectrum(subject: Subject) -> Parts:
     repeats, states = subject.model.system.waveform.repeat, start_states(subject.model.members(), subject.initial)
     periods = SPECTRUM_PERIODS if repeats else 1
     found = spectrum_cells(subject.model.members(), states, periods=periods, threads=1).variables
-    by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
+    by = scales(subject)
     amplitude = np.asarray(found["amplitude"][1])[0]
     ratio = np.arange(amplitude.size) / periods
     lines = np.asarray(found["line_ratio"][1])[0]
@@ -437,7 +443,7 @@ def margins(subject: Subject) -> Parts:
 def statics(subject: Subject) -> Parts:
     """The equilibria over a constant voltage with their stability, and the voltages of pitchfork and pull-in."""
     result = STATICS.of(subject.model)
-    by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
+    by = scales(subject)
     voltage, place, slope = (result[f"branch_{name}"].values for name in ("voltage", "displacement", "slope"))
     marks = {
         name: float(result[f"{name}_voltage"]) * by["voltage"]
@@ -486,7 +492,7 @@ def _acting(model: ConeModel) -> str:
 def about(subject: Subject) -> dict[str, Any]:
     """Data of the pictures in addition to the run: sizes of the cone, its parts, labels."""
     device, model = subject.device, subject.model
-    by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
+    by = scales(subject)
     disc, rim = (0.35, 1.0) if device is None else (device.disc_radius, device.film_radius)
     unit = 1e3 if device is not None else 1.0 / (rim - disc)
     flat = model.values.get("second_flat_height")

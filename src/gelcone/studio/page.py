@@ -203,7 +203,7 @@ class Page:
             self._taken[side], self._cost[side] = loop.time() - began, self.second.cost
 
     async def _examine_now(self, side: str, request: dict[str, Any], subject: Subject) -> None:
-        wanted = ["kind", *(name for name in ("spectrum",) if name in request["panels"])]
+        wanted = ["kind", "spectrum"] if "spectrum" in request["panels"] else ["kind"]
         for name in wanted:
             self.second.refines = name == "section"
             try:

@@ -97,7 +97,7 @@ def in_words(numbers: Mapping[str, float], subject: Subject) -> list[dict[str, A
     Each has ``name``, ``place`` (its rank), ``text``, and ``value`` in the units of the page's axes (lag in degrees,
     field as a share). Pull-in has also ``peak``, the drive's peak voltage over the pull-in voltage.
     """
-    found = []
+    found: list[dict[str, Any]] = []
     for place, (name, quantity) in enumerate(QUANTITIES.items()):
         if name not in numbers or not np.isfinite(numbers[name]):
             continue
@@ -108,13 +108,11 @@ def in_words(numbers: Mapping[str, float], subject: Subject) -> list[dict[str, A
             text = f"{_percent(value)} of breakdown"
         else:
             text, value = _with_unit(value, quantity, subject)
+        found.append({"name": name, "place": place, "text": text, "value": value})
         if name in PULL_INS.values():
-            text += " at this bias" if subject.model.system.in_opposite_phase else ""
-            text += f" (peak at {_percent(float(subject.model.peak_voltage) / numbers[name])})"
-        own: dict[str, Any] = {"name": name, "place": place, "text": text, "value": value}
-        if name in PULL_INS.values():
-            own["peak"] = float(subject.model.peak_voltage) / numbers[name]
-        found.append(own)
+            found[-1]["peak"] = peak = float(subject.model.peak_voltage) / numbers[name]
+            bias = " at this bias" if subject.model.system.in_opposite_phase else ""
+            found[-1]["text"] += f"{bias} (peak at {_percent(peak)})"
     return found
 
 

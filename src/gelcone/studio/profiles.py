@@ -54,7 +54,7 @@ def table(subject: Subject, film: int) -> Parts:
     disc's), ``stretch`` (area over the mounted one) and ``wrinkled`` (1 where the ring's hoop is).
     """
     model, placed = subject.model, subject.model.system.films[film]
-    by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
+    by = scales(subject)
     x, top, radius, rise, stretch, wrinkled = _made(_name(model, placed), model, film)
     arrays: dict[str, Any] = {
         "height": x * by["length"],
