@@ -14,7 +14,7 @@ from gelcone.motion.electrical import apparent_power, electrical
 from gelcone.motion.flow import integrate
 from gelcone.motion.response import heats
 from gelcone.presets import find_preset
-from gelcone.studio import look
+from gelcone.studio import settled
 from tests.motion.made_up import MadeUp
 from tests.recorded import record
 
@@ -68,9 +68,9 @@ def test_two_equal_films_on_one_source_take_twice_what_one_takes():
 def test_the_page_envelope_and_settled_give_one_power_and_one_field():
     found = gelcone.settled(PUMP)
     subject = Subject(PUMP.to_model(), PUMP, PUMP.initial_state())
-    kind = look.kind(subject)
+    kind = settled.kind(subject)
     assert kind.words["regime"] == Regime.PERIODIC
-    shown = {row["name"]: row["value"] for row in look.electrical(subject, kind.run).words["numbers"]}
+    shown = {row["name"]: row["value"] for row in settled.electrical(subject, kind.run).words["numbers"]}
     assert shown["power"] == pytest.approx(float(found["power"]), rel=1e-4)
     assert shown["current"] == pytest.approx(float(found["current"]), rel=1e-2)
     own = PUMP.voltage_offset + PUMP.voltage_amplitude, PUMP.frequency

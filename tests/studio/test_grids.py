@@ -204,7 +204,7 @@ def test_a_membrane_is_made_also_where_a_motion_has_no_kind():
     """And the page takes the picture that was made; for the kind of the motion it asks by itself."""
     source = Source(shipped_devices()["soft-film"], None, {"settings": ["film=taut", "waveform=chirp"]})
     with pytest.raises(InputError, match="does not repeat"):
-        grids.look.kind(source.subject())
+        grids.settled.kind(source.subject())
     assert grids.make_membrane(source, 3)
 
 
@@ -213,7 +213,7 @@ def test_a_worker_reads_its_subject_before_it_looks_what_is_there(monkeypatch):
     done = []
     subject = SimpleNamespace(model="model")
     source = SimpleNamespace(subject=lambda: done.append("read") or subject)
-    for place, name in ((grids, "stored_rests"), (grids.look, "response"), (grids.look, "kind")):
+    for place, name in ((grids, "stored_rests"), (grids.look, "response"), (grids.settled, "kind")):
         monkeypatch.setattr(place, name, lambda *given, name=name: done.append((name, *given)) or "found")
     monkeypatch.setattr(grids.profiles, "table", lambda *given: given)
     assert grids.find_rests(source, ["keys"]) == "found"
@@ -222,7 +222,7 @@ def test_a_worker_reads_its_subject_before_it_looks_what_is_there(monkeypatch):
     assert grids.make_membrane(source, 3.0)
     assert done == ["read", ("response", subject, 3.0), ("kind", subject)]
     assert grids.find_profiles(source, 1) == (subject, 1)
-    for name, answers in (("find_pull_in", grids.look.PULL_INS), ("find_static", grids.look.STATICS)):
+    for name, answers in (("find_pull_in", grids.equilibria.PULL_INS), ("find_static", grids.equilibria.STATICS)):
         monkeypatch.setattr(answers, "of", lambda model, name=name: (name, model))
         assert getattr(grids, name)(source) == (name, "model")
     monkeypatch.setattr(grids, "curve_of", lambda *key: key)

@@ -15,7 +15,7 @@ import pytest
 from gelcone import InputError
 from gelcone.devices.files import shipped_devices
 from gelcone.motion.settle import MOST_STRETCHES, clocks
-from gelcone.studio import exports, look
+from gelcone.studio import exports, look, settled
 from gelcone.studio.grids import Source, kinds
 from gelcone.studio.pool import Pool, work
 from gelcone.studio.setting import Setting, Shelf
@@ -219,7 +219,7 @@ def test_a_drive_with_millions_of_corners_takes_no_memory():
     look.response(subject, 1)
     tracemalloc.start()
     try:
-        found = look.kind(subject)
+        found = settled.kind(subject)
         assert tracemalloc.get_traced_memory()[1] < 2e8
     finally:
         tracemalloc.stop()

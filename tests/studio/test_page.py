@@ -11,7 +11,7 @@ from gelcone.atlas.processes import ProcessesEnded
 from gelcone.codes import Regime
 from gelcone.devices.units import FieldError
 from gelcone.errors import InputError, MissingDependency
-from gelcone.studio import look
+from gelcone.studio import equilibria, look, settled
 from gelcone.studio import page as pages
 from gelcone.studio.lanes import LANES, SIDES
 from gelcone.studio.page import Page
@@ -159,10 +159,10 @@ def test_a_picture_shows_the_rests_that_a_search_finds_but_for_rounding(regime, 
     async def story():
         own = Sent(find_rests={})
         monkeypatch.setattr(own, "shelf", SimpleNamespace(guesses=lambda _: {"key": 0.5}, confirm=lambda *_: moved))
-        there = await own._rests_there(*own._worker(LOOK), LOOK, look.Settled(words={"regime": int(regime)}))
+        there = await own._rests_there(*own._worker(LOOK), LOOK, settled.Settled(words={"regime": int(regime)}))
         assert there == (moved == 0.0 or (moved < 1e-9 and regime in (Regime.REST, Regime.PERIODIC)))
         own.shelf.guesses = lambda _: {}
-        assert await own._rests_there(*own._worker(LOOK), LOOK, look.Settled(words={"regime": 3}))
+        assert await own._rests_there(*own._worker(LOOK), LOOK, settled.Settled(words={"regime": 3}))
         assert own.done == ["find_rests"]
         own.end()
 
@@ -188,7 +188,7 @@ def test_a_run_and_its_evidence_have_times_of_their_own(monkeypatch):
 
         own.shelf = SimpleNamespace(at_once=lambda *_, **__: never(own.first))
         own.pool = SimpleNamespace(warm=lambda _: None)
-        monkeypatch.setitem(pages.look.STAGES, "kind", lambda _: never(own.second))
+        monkeypatch.setitem(pages.settled.STAGES, "kind", lambda _: never(own.second))
         stopped = own.second.watch
         await own._look("a", LOOK | {"made": False})
         await own._examine_now("a", LOOK, None)
@@ -228,17 +228,17 @@ def test_equilibria_are_computed_and_shown_where_they_are_open(panels, stored, m
     monkeypatch.setattr(pages, "RESTED_SECONDS", 0.0)
     monkeypatch.setattr(pages.profiles, "names", lambda model: [])
     for name in ("PULL_INS", "STATICS"):
-        answers = look.Answers(str, lambda model: None)
-        monkeypatch.setattr(look, name, answers)
+        answers = equilibria.Answers(str, lambda model: None)
+        monkeypatch.setattr(equilibria, name, answers)
         if stored:
             answers.keep("model", "known")
-    monkeypatch.setattr(look, "margins", lambda subject: look.Parts(words={"numbers": ["pull-in"]}))
-    monkeypatch.setattr(look, "statics", lambda subject: look.Parts(words={"marks": {}}))
+    monkeypatch.setattr(equilibria, "margins", lambda subject: look.Parts(words={"numbers": ["pull-in"]}))
+    monkeypatch.setattr(equilibria, "statics", lambda subject: look.Parts(words={"marks": {}}))
 
     async def story():
         own = Sent(find_pull_in=1.0, find_static="found")
         request = LOOK | {"panels": panels, "stands": False}
-        await own._afterwards(request, SimpleNamespace(model="model"), look.Settled(words={"regime": 1}), [])
+        await own._afterwards(request, SimpleNamespace(model="model"), settled.Settled(words={"regime": 1}), [])
         assert [head["kind"] for head, _ in own.sent] == ["numbers", *panels]
         assert own.done == ([] if stored else ["find_pull_in", *(["find_static"] if panels else [])])
         own.end()
@@ -251,11 +251,11 @@ def test_why_a_membrane_is_missing_is_said_of_the_film_and_why_equilibria_are_of
 
     async def story():
         own = Sent(make_membrane=InputError("too thick\n for it"), find_static=InputError("none"), find_pull_in=1.0)
-        monkeypatch.setattr(look, "PULL_INS", look.Answers(str, lambda model: 1.0))
-        monkeypatch.setattr(look, "margins", lambda subject: look.Parts())
-        subject, kind = SimpleNamespace(model="model"), look.Settled(words={"regime": 1})
+        monkeypatch.setattr(equilibria, "PULL_INS", equilibria.Answers(str, lambda model: 1.0))
+        monkeypatch.setattr(equilibria, "margins", lambda subject: look.Parts())
+        subject, kind = SimpleNamespace(model="model"), settled.Settled(words={"regime": 1})
         await own._afterwards(LOOK | {"stands": True}, subject, kind, [])
-        monkeypatch.setattr(look, "STATICS", look.Answers(str, lambda model: None))
+        monkeypatch.setattr(equilibria, "STATICS", equilibria.Answers(str, lambda model: None))
         await own._afterwards(LOOK | {"stands": False, "panels": ["statics"]}, subject, kind, [])
         late = [(head["stage"], head["message"]) for head, _ in own.sent if head["kind"] == "late"]
         assert late == [("film", "too thick for it"), ("statics", "none")]

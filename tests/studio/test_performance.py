@@ -8,7 +8,7 @@ import pytest
 import gelcone
 from gelcone.analyses.answer import in_si
 from gelcone.codes import Regime
-from gelcone.studio import look, performance
+from gelcone.studio import equilibria, performance, settled
 from gelcone.studio.performance import QUANTITIES
 from gelcone.studio.setting import Setting, Shelf
 
@@ -32,7 +32,7 @@ def shelf():
 @pytest.fixture(params=SETTINGS, scope="module")
 def case(request, shelf):
     subject = shelf.subject(SETTINGS[request.param])
-    return subject, look.kind(subject)
+    return subject, settled.kind(subject)
 
 
 def numbers(parts):
@@ -56,7 +56,7 @@ def test_mean_height_current_and_power_are_those_of_simulate_along_the_settled_m
     subject, found = case
     times = np.linspace(0.0, float(found.run.times[0, -1]), 4001)
     run = in_si(gelcone.simulate(subject.model, found.run.states[0, 0], times=times), subject)
-    electrical = look.electrical(subject, found.run)
+    electrical = settled.electrical(subject, found.run)
     own = numbers(found) | numbers(electrical)
 
     def mean(name):
@@ -71,34 +71,34 @@ def test_mean_height_current_and_power_are_those_of_simulate_along_the_settled_m
 
 def test_the_field_is_the_share_of_the_dielectric_strength(shelf):
     subject = shelf.subject(SETTINGS["pump"])
-    found = look.kind(subject)
+    found = settled.kind(subject)
     times = np.linspace(0.0, float(found.run.times[0, -1]), 2001)
     run = in_si(gelcone.simulate(subject.model, found.run.states[0, 0], times=times), subject)
     share = float(run["true_field"].max()) / (1e-6 * subject.device.dielectric_strength)
     own = numbers(found)["field"]
     assert own["value"] == pytest.approx(share, rel=1e-3)
     assert own["text"] == f"{100 * share:.2g} % of breakdown"
-    unknown = look.kind(shelf.subject(SETTINGS["preset"]))
+    unknown = settled.kind(shelf.subject(SETTINGS["preset"]))
     assert "field" not in numbers(unknown)
 
 
 def test_the_pull_in_is_that_of_the_static_analysis_and_is_kept_for_other_drives(shelf, monkeypatch):
-    monkeypatch.setattr(look.PULL_INS, "stored", {})
+    monkeypatch.setattr(equilibria.PULL_INS, "stored", {})
     cone = {"film": "wrinkling"}
     subject = shelf.subject(Setting(device="biased-pump", values=cone))
     peak = subject.device.voltage_amplitude + subject.device.voltage_offset
     expected = in_si(gelcone.limits(subject.model), subject)
-    own = numbers(look.margins(subject))["static pull-in of the cone"]
+    own = numbers(equilibria.margins(subject))["static pull-in of the cone"]
     assert own["value"] == pytest.approx(float(expected.pull_in_voltage), rel=1e-12)
     assert own["text"] == f"2.81 kV (peak at {100 * peak / own['value']:.2g} %)"
     other = shelf.subject(
         Setting(device="biased-pump", values=cone | {"voltage_amplitude": "400 V", "frequency": "7 Hz"})
     )
-    assert look.PULL_INS.has(other.model)
+    assert equilibria.PULL_INS.has(other.model)
     stiffer = shelf.subject(Setting(device="biased-pump", values=cone | {"spring_rate": "16 N/m"}))
-    assert not look.PULL_INS.has(stiffer.model)
+    assert not equilibria.PULL_INS.has(stiffer.model)
     never = shelf.subject(Setting(preset="base"))
-    assert numbers(look.margins(never)) == {}
+    assert numbers(equilibria.margins(never)) == {}
 
 
 def test_the_pull_in_of_films_in_opposite_phase_is_said_to_be_at_their_bias(shelf):
@@ -112,19 +112,19 @@ def test_the_pull_in_of_films_in_opposite_phase_is_said_to_be_at_their_bias(shel
 
 def test_numbers_stand_in_their_order_with_three_digits_and_their_units(shelf):
     subject = shelf.subject(SETTINGS["pump"])
-    found = look.kind(subject)
-    entries = found.words["numbers"] + look.electrical(subject, found.run).words["numbers"]
+    found = settled.kind(subject)
+    entries = found.words["numbers"] + settled.electrical(subject, found.run).words["numbers"]
     assert all(list(QUANTITIES)[own["place"]] == own["name"] for own in entries)
     texts = {own["name"]: own["text"] for own in entries}
     assert texts["stroke"].endswith(" mm")
     assert texts["current"].endswith(" uA")
     assert texts["lag"].endswith("°")
     assert texts["power"].endswith((" mW", " uW"))
-    flat = numbers(look.kind(shelf.subject(SETTINGS["soft"])))["mean height"]
+    flat = numbers(settled.kind(shelf.subject(SETTINGS["soft"])))["mean height"]
     assert (flat["text"], flat["value"]) == ("0 mm", 0.0)  # and not the 1e-17 of rounding
     low = shelf.subject(Setting(device="soft-film", values={"voltage_amplitude": "50 V"}))
-    rest = look.kind(low)
-    at_rest = numbers(rest) | numbers(look.electrical(low, rest.run))
+    rest = settled.kind(low)
+    at_rest = numbers(rest) | numbers(settled.electrical(low, rest.run))
     for name, text in (("stroke", "0 mm"), ("mean height", "0 mm"), ("power", "0 mW")):
         assert (at_rest[name]["text"], at_rest[name]["value"]) == (text, 0.0)
     assert "lag" not in at_rest
@@ -170,7 +170,7 @@ def test_numbers_that_are_known_are_said_in_order_with_their_units(shelf):
 
 def test_a_motion_that_ends_has_no_numbers(shelf):
     gone = shelf.subject(Setting(preset="base", values={"film": "wrinkling", "voltage": "1.2"}))
-    found = look.kind(gone)
+    found = settled.kind(gone)
     assert found.words["numbers"] == []
     assert found.run is None
 

@@ -34,7 +34,7 @@ from gelcone.membrane import made as tables
 from gelcone.physics import statics
 from gelcone.presets import load_presets
 from gelcone.progress import Stopped, current_watch
-from gelcone.studio import exports, look
+from gelcone.studio import equilibria, exports, look, settled
 from gelcone.studio.asked import MAP_CELLS, STRIP_VALUES
 from gelcone.studio.page import Page
 from gelcone.studio.pool import LANES
@@ -537,7 +537,7 @@ def test_a_drive_that_does_not_repeat_has_no_evidence_and_the_page_is_told_why_a
 
 
 def test_a_fault_in_the_evidence_is_said_too(server, monkeypatch, caplog):
-    monkeypatch.setitem(look.STAGES, "kind", lambda subject: 1 / 0)
+    monkeypatch.setitem(settled.STAGES, "kind", lambda subject: 1 / 0)
     with server.page() as page:
         ask(page, "look", 1, side="a", setting={"preset": "base"})
         head = answer(page, "late")[0]
@@ -546,7 +546,7 @@ def test_a_fault_in_the_evidence_is_said_too(server, monkeypatch, caplog):
 
 
 def test_current_power_and_pull_in_follow_once_the_hand_rests_and_equilibria_where_they_are_open(server, monkeypatch):
-    for answers in (look.PULL_INS, look.STATICS):
+    for answers in (equilibria.PULL_INS, equilibria.STATICS):
         monkeypatch.setattr(answers, "stored", {})
     with server.page() as page:
         ask(page, "look", 1, side="a", setting=PUMP, panels=["statics"])
@@ -554,7 +554,7 @@ def test_current_power_and_pull_in_follow_once_the_hand_rests_and_equilibria_whe
         subject = server.studio.shelf.subject(Setting(**PUMP))
         assert names == {"current", "power", f"static pull-in of the {look.pull_in_film(subject.model)}"}
         marks = answer(page, "statics", 60.0)[0]["words"]["marks"]
-        assert look.margins(subject).words["numbers"][0]["value"] == pytest.approx(marks["pull_in"], rel=1e-9)
+        assert equilibria.margins(subject).words["numbers"][0]["value"] == pytest.approx(marks["pull_in"], rel=1e-9)
         # of another drive they are known, and come before it rests
         ask(page, "look", 2, side="a", setting={**PUMP, "values": {"frequency": "9 Hz"}}, panels=["statics"])
         found = []
@@ -566,11 +566,11 @@ def test_current_power_and_pull_in_follow_once_the_hand_rests_and_equilibria_whe
 
 
 def test_what_takes_long_is_not_begun_while_the_hand_moves(server, monkeypatch):
-    monkeypatch.setattr(look.PULL_INS, "stored", {})
+    monkeypatch.setattr(equilibria.PULL_INS, "stored", {})
     monkeypatch.setattr(gelcone.studio.page, "RESTED_SECONDS", 0.3)
     begun = []
-    electrical = look.electrical
-    monkeypatch.setattr(look, "electrical", lambda subject, run: begun.append(1) or electrical(subject, run))
+    electrical = settled.electrical
+    monkeypatch.setattr(settled, "electrical", lambda subject, run: begun.append(1) or electrical(subject, run))
     with server.page() as page:
         for number in range(10):
             ask(page, "look", number, side="a", setting={**PUMP, "values": {"spring_rate": f"{10 + number} N/m"}})
@@ -597,7 +597,7 @@ def test_a_hand_that_waits_for_the_kind_of_motion_has_it_at_once(server, monkeyp
             assert answer(page, "kind")[0]["id"] == number
         assert time.perf_counter() - began < 60.0
         monkeypatch.setattr(gelcone.studio.page, "GRACE", 1.5)
-        kind, known, moved_on = look.STAGES["kind"], threading.Event(), threading.Event()
+        kind, known, moved_on = settled.STAGES["kind"], threading.Event(), threading.Event()
 
         def shown_later(subject):  # found, at its cost, and shown once the hand is elsewhere
             found = kind(subject)
@@ -605,7 +605,7 @@ def test_a_hand_that_waits_for_the_kind_of_motion_has_it_at_once(server, monkeyp
             assert moved_on.wait(PATIENCE)
             return found
 
-        monkeypatch.setitem(look.STAGES, "kind", shown_later)
+        monkeypatch.setitem(settled.STAGES, "kind", shown_later)
         for number in (4, 5, 6):  # a hand that moves on meanwhile does not rest
             look_at(number)
             answer(page, "response")
@@ -739,9 +739,9 @@ def test_what_refines_an_older_picture_gives_way_to_a_newer_one_at_once(server, 
             in_time.append(ended.wait(3))
         return response(subject, periods)
 
-    chaotic = look.Settled({}, {"regime": int(Regime.CHAOTIC), "lines": ["chaotic"], "extent": None})
-    monkeypatch.setitem(look.STAGES, "kind", lambda subject: chaotic)
-    monkeypatch.setitem(look.STAGES, "section", section)
+    chaotic = settled.Settled({}, {"regime": int(Regime.CHAOTIC), "lines": ["chaotic"], "extent": None})
+    monkeypatch.setitem(settled.STAGES, "kind", lambda subject: chaotic)
+    monkeypatch.setitem(settled.STAGES, "section", section)
     monkeypatch.setattr(look, "response", first_picture)
     with server.page() as page:
         ask(page, "look", 1, side="a", setting=PUMP, periods=5)

@@ -8,7 +8,7 @@ import pytest
 import gelcone
 from gelcone import find_device
 from gelcone.devices.files import shipped_devices
-from gelcone.studio import exports, grids, look
+from gelcone.studio import exports, grids, look, settled
 from gelcone.studio.controls import as_json
 from gelcone.studio.frames import pack
 from gelcone.studio.grids import Source
@@ -112,10 +112,10 @@ def test_a_control_moves_what_it_names_and_the_pictures_follow(toy):
         response = look.response(subject, 3)
         assert np.isfinite(response.arrays["x"]).all()
         assert not np.array_equal(response.arrays["x"], look.response(plain, 3).arrays["x"]) or own.startswith("wheel")
-        kind = look.kind(subject)
+        kind = settled.kind(subject)
         assert kind.words["lines"]
         assert kind.words["numbers"]
-        assert len(look.spectrum(subject).arrays["amplitude"]) > 10
+        assert len(settled.spectrum(subject).arrays["amplitude"]) > 10
         for parts in (response, kind, look.glance(subject)):
             pack({"words": parts.words, "about": look.about(subject)}, parts.arrays)
 

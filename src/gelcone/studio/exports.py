@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 OPTIONS: Mapping[str, Mapping[str, Callable[[Any], float]]] = {
     "simulate": {"periods": check_periods},
-    **dict.fromkeys(("section", "spectrum", "regime", "static", "map", "bifurcation", "envelope"), {}),
+    **{name: {} for name in ("section", "spectrum", "regime", "static", "map", "bifurcation", "envelope")},
 }
 """Result that the page can save -> the options that the page sends for it, and their checks."""
 OVER: Mapping[str, tuple[str, ...]] = {"map": ("x", "y"), "bifurcation": ("over",)}

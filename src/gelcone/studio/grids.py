@@ -31,7 +31,7 @@ from gelcone.physics.members import Members
 from gelcone.physics.statics import RestKey, stored_rests
 from gelcone.quantity import Array
 from gelcone.register.analyses import ANALYSES
-from gelcone.studio import look, profiles
+from gelcone.studio import equilibria, look, profiles, settled
 from gelcone.studio.controls import Control
 
 if TYPE_CHECKING:
@@ -172,8 +172,8 @@ def load() -> None:
 
 
 def find_pull_in(source: Source) -> float:
-    """`look.PULL_INS.of` a subject."""
-    return look.PULL_INS.of(source.subject().model)
+    """`equilibria.PULL_INS.of` a subject."""
+    return equilibria.PULL_INS.of(source.subject().model)
 
 
 def make_membrane(source: Source, periods: float) -> bool:
@@ -182,7 +182,7 @@ def make_membrane(source: Source, periods: float) -> bool:
     subject = source.subject()
     look.response(subject, periods)
     with suppress(InputError):
-        look.kind(subject)
+        settled.kind(subject)
     return True
 
 
@@ -192,8 +192,8 @@ def find_curves(source: Source, keys: list[CurveKey]) -> list[PullInCurve | None
 
 
 def find_static(source: Source) -> xr.Dataset:
-    """`look.STATICS.of` a subject."""
-    return look.STATICS.of(source.subject().model)
+    """`equilibria.STATICS.of` a subject."""
+    return equilibria.STATICS.of(source.subject().model)
 
 
 def find_profiles(source: Source, film: int) -> look.Parts:

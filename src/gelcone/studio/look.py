@@ -5,24 +5,20 @@ Labelled Datasets would take several times as long as the integration itself; on
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gelcone.analyses.request import Subject
 from gelcone.codes import Outcome, Regime
-from gelcone.dataset import Findings
 from gelcone.devices.checks import doubts
 from gelcone.devices.scales import MEASURES
 from gelcone.errors import InputError
-from gelcone.motion.equilibrium import static
 from gelcone.motion.flow import integrate
 from gelcone.motion.job import Trajectories
-from gelcone.motion.section import section_cells
 from gelcone.motion.settle import LONGEST_TIME
-from gelcone.motion.spectrum import spectrum_cells
 from gelcone.motion.start import start_states
 from gelcone.motion.validity import broken_by_film
 from gelcone.physics.film.film import FilmState
@@ -32,13 +28,10 @@ from gelcone.physics.model import ConeModel
 from gelcone.physics.records import bias_record
 from gelcone.plots.regime import REGIME_COLOURS
 from gelcone.quantity import Array
-from gelcone.register.analyses import ANALYSES
-from gelcone.studio import performance
-from gelcone.studio.orbit import samples_over, settled_orbit
-from gelcone.words import evidence_in_words
+from gelcone.studio.orbit import samples_over
 
 if TYPE_CHECKING:
-    import xarray as xr
+    pass
 
 MOST_SAMPLES = 200_000
 """Most samples of a run; a run that needs more is shown only as far as these reach."""
@@ -49,15 +42,6 @@ FEWEST, MOST = 1, 500
 JUST_BEFORE = 1.0 - 1e-9
 MARGIN = 1.006
 """Factor of a lowest frequency in a message, which stays above the true one when rounded to three digits."""
-SECTION_POINTS = 600
-"""Section points of a motion that does not repeat."""
-SPECTRUM_PERIODS = 64
-SHOWN_RATIO = 8.0
-"""Highest frequency of a spectrum, over the drive's."""
-SHOWN_SHARE = 1e-6
-"""A spectrum without lines (the drive does not repeat) is shown up to the last amplitude above this share of the
-largest."""
-STATIC_LEVELS = 2
 PULLED_IN_COLOUR = "#5b5b5b"
 RETURNS = 0.01
 """Distance, as a share of its size, within which a run counts as returned."""
@@ -272,201 +256,6 @@ def glance(subject: Subject) -> Parts:
     places = np.linspace(first, count, GLANCE_SAMPLES + 1).astype(int)
     arrays = {name: values[places] for name, values in whole.arrays.items()}
     return Parts(arrays | {"t": arrays["t"] - arrays["t"][0]}, {"period": whole.words["period"]})
-
-
-# --- the kind of motion ---------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Settled(Parts):
-    """The kind of motion, and the ``run`` along the settled motion (None without one)."""
-
-    run: Trajectories | None = None
-
-
-def kind(subject: Subject) -> Settled:
-    """The regime with its evidence in words, its section and its settled orbit."""
-    analysis = ANALYSES["regime"]
-    states = start_states(subject.model.members(), subject.initial)
-    found = analysis.compute(subject.model.members(), states, threads=1)
-    member = single(found, subject)
-    outcome = Outcome(int(member["outcome"]))
-    regime = Regime(int(member["regime"]))
-    by = scales(subject)
-    points = np.asarray(found.variables["section"][1])[0]
-    arrays: dict[str, Any] = {}
-    run = None
-    lines = [*evidence_in_words(member), *([outcome.meaning] if outcome else [])]
-    words: dict[str, Any] = {"regime": int(regime), "lines": lines, "numbers": []}
-    if not outcome and np.isfinite(points[:2]).all():
-        members = subject.model.members()
-        # two forcing periods past the start of the cycle: there the drive, too, is at its phase 0
-        run, whole = settled_orbit(members, points[1], regime, int(member["period"]))
-        words["numbers"] = performance.in_words(
-            performance.motion(members, run, regime, whole.stop // whole.step), subject
-        )
-        arrays, words["shares"] = curve(members, run, subject, "o")
-        if regime not in (Regime.REST, Regime.PERIODIC):  # two runs of chaos come apart
-            points = run.states[0, whole]
-    arrays |= {"px": points[:, 0] * by["length"], "pu": points[:, 1] * by["velocity"]}
-    extent = [float(member[name]) for name in ("lowest", "highest")]
-    return Settled(arrays, words | {"extent": extent if np.isfinite(extent).all() else None}, run)
-
-
-def electrical(subject: Subject, run: Trajectories) -> Parts:
-    """Current and power along the settled run."""
-    numbers = performance.of_source(subject.model.members(), run)
-    return Parts({}, {"numbers": performance.in_words(numbers, subject)})
-
-
-class Reading(np.ndarray):
-    """A variable as `gelcone.words` reads it; stands in for xarray, which takes a second to import."""
-
-    attrs: dict[str, str]
-
-    @property
-    def values(self) -> Array:
-        """The numbers as a plain array, as a DataArray has them."""
-        return np.asarray(self)
-
-
-def single(found: Findings, subject: Subject) -> Any:
-    """The findings of a single actuator by name, with units: readable like a Dataset, ten times faster."""
-    member: dict[str, Any] = {"outcome": found.outcome[0]}
-    for name, (_, values, _, quantity) in found.variables.items():
-        scale, unit = 1.0, "1"
-        of = str(quantity.get("quantity") if isinstance(quantity, Mapping) else quantity)
-        if subject.device is not None and of in MEASURES:
-            scale, unit = subject.device.scales.shown(of), MEASURES[of].shown
-        value = np.asarray(values)[0]
-        member[name] = np.asarray(value * scale if unit != "1" else value).view(Reading)
-        member[name].attrs = {"units": unit}
-    return member
-
-
-def section(subject: Subject) -> Parts:
-    """More section points of a motion that does not repeat."""
-    states = start_states(subject.model.members(), subject.initial)
-    found = section_cells(subject.model.members(), states, repeats=SECTION_POINTS, threads=1)
-    by = scales(subject)
-    x, u = (np.asarray(found.variables[name][1])[0] for name in ("displacement", "velocity"))
-    return Parts({"px": x * by["length"], "pu": u * by["velocity"]})
-
-
-# --- the other panels ------------------------------------------------------------------------------------------------
-
-
-def spectrum(subject: Subject) -> Parts:
-    """The amplitude spectrum, and the highest frequency to show. It is that of the settled motion, or of the whole run
-    if the drive does not repeat."""
-    repeats, states = subject.model.system.waveform.repeat, start_states(subject.model.members(), subject.initial)
-    periods = SPECTRUM_PERIODS if repeats else 1
-    found = spectrum_cells(subject.model.members(), states, periods=periods, threads=1).variables
-    by = scales(subject)
-    amplitude = np.asarray(found["amplitude"][1])[0]
-    ratio = np.arange(amplitude.size) / periods
-    lines = np.asarray(found["line_ratio"][1])[0]
-    heights = np.asarray(found["line_amplitude"][1])[0]
-    kept = np.isfinite(lines)
-    omega = float(subject.model.drive_frequency) * by["frequency"]
-    top = SHOWN_RATIO
-    if not repeats:
-        top = float(ratio[amplitude >= SHOWN_SHARE * amplitude[1:].max(initial=0.0)].max(initial=SHOWN_RATIO))
-    return Parts(
-        {
-            "frequency": ratio * omega,
-            "amplitude": amplitude * by["length"],
-            "line": lines[kept] * omega,
-            "height": heights[kept] * by["length"],
-        },
-        {"top": top * omega},
-    )
-
-
-DRIVEN = ("voltage", "drive_frequency", "damping_ratio", "waveform", "circuit")
-"""Parameters that do not affect the equilibria under a constant voltage."""
-MOST_STATICS = 32
-
-
-def _body(model: ConeModel) -> str:
-    """A text that identifies a model up to its drive."""
-    return repr(sorted((name, value) for name, value in model.parameters().items() if name not in DRIVEN))
-
-
-def _levels(model: ConeModel) -> float:
-    """The next power of two above the peak voltage, so that neighbouring settings share their statics."""
-    return float(2.0 ** np.ceil(np.log2(max(float(model.peak_voltage), 1e-3))))
-
-
-T = TypeVar("T")
-
-
-class Answers(Generic[T]):
-    """Answers about models, found by ``find`` and cached by ``key`` for up to `MOST_STATICS` keys."""
-
-    def __init__(self, key: Callable[[ConeModel], str], find: Callable[[ConeModel], T]) -> None:
-        self._key, self._find = key, find
-        self.stored: dict[str, T] = {}
-
-    def of(self, model: ConeModel) -> T:
-        """The answer for a model, cached."""
-        if not self.has(model):
-            self.keep(model, self._find(model))
-        return self.stored[self._key(model)]
-
-    def keep(self, model: ConeModel, found: T) -> None:
-        """Stores an answer that was computed elsewhere."""
-        if len(self.stored) >= MOST_STATICS:
-            self.stored.clear()
-        self.stored[self._key(model)] = found
-
-    def has(self, model: ConeModel) -> bool:
-        """Whether the answer is cached."""
-        return self._key(model) in self.stored
-
-
-STATICS: Answers[xr.Dataset] = Answers(
-    lambda model: f"{_levels(model)} {_body(model)}",
-    lambda model: static(model, np.linspace(0.0, _levels(model), STATIC_LEVELS)),
-)
-"""`gelcone.static` up to beyond the peak voltage; takes seconds for films that wrinkle."""
-PULL_INS: Answers[float] = Answers(_body, performance.pull_in)
-"""`performance.pull_in`; like the statics, it does not depend on the drive."""
-
-
-def margins(subject: Subject) -> Parts:
-    """The static pull-in voltage, and the drive's peak as a share of it."""
-    numbers = {performance.PULL_INS[pull_in_film(subject.model)]: PULL_INS.of(subject.model)}
-    return Parts({}, {"numbers": performance.in_words(numbers, subject)})
-
-
-def statics(subject: Subject) -> Parts:
-    """The equilibria over a constant voltage with their stability, and the voltages of pitchfork and pull-in."""
-    result = STATICS.of(subject.model)
-    by = scales(subject)
-    voltage, place, slope = (result[f"branch_{name}"].values for name in ("voltage", "displacement", "slope"))
-    marks = {
-        name: float(result[f"{name}_voltage"]) * by["voltage"]
-        for name in ("pitchfork", "pull_in")
-        if np.isfinite(float(result[f"{name}_voltage"]))
-    }
-    waveform, n = subject.model.system.waveform, subject.model.own_numbers
-    swing = np.ravel(waveform.samples(n))
-    return Parts(
-        {
-            "voltage": voltage * by["voltage"],
-            "x": place * by["length"],
-            "stable": (np.nan_to_num(slope) > 0.0).astype(np.uint8),
-        },
-        {"marks": marks, "swing": [float(swing.min()) * by["voltage"], float(swing.max()) * by["voltage"]]},
-    )
-
-
-STAGES: Mapping[str, Callable[[Subject], Parts]] = {
-    "kind": kind,
-    "section": section,
-    "spectrum": spectrum,
-}
 
 
 def legend() -> dict[str, Any]:

@@ -24,7 +24,7 @@ from gelcone.physics.film.pull_in import CurveKey, known_curves, store_curve
 from gelcone.physics.model import ConeModel
 from gelcone.presets import load_presets
 from gelcone.progress import Stopped, Watch, watching
-from gelcone.studio import asked, look, profiles
+from gelcone.studio import asked, equilibria, look, profiles, settled
 from gelcone.studio.controls import as_json
 from gelcone.studio.envelope import draw_envelope
 from gelcone.studio.frames import pack
@@ -207,12 +207,12 @@ class Page:
         for name in wanted:
             self.second.refines = name == "section"
             try:
-                parts = await self._computed(self.second, partial(look.STAGES[name], subject))
+                parts = await self._computed(self.second, partial(settled.STAGES[name], subject))
             except Stopped:
                 raise
             except Exception as error:
                 await self._late(request, name, error)
-                parts, self.second.missing = look.Settled(words={"regime": None}), []
+                parts, self.second.missing = settled.Settled(words={"regime": None}), []
             else:
                 await self._show(name, request, parts)
             self.pool.warm(load)
@@ -225,22 +225,22 @@ class Page:
                 wanted.append("section")
 
     async def _afterwards(
-        self, request: dict[str, Any], subject: Subject, kind: look.Settled, missing: list[CurveKey]
+        self, request: dict[str, Any], subject: Subject, kind: settled.Settled, missing: list[CurveKey]
     ) -> None:
         """Sends stored answers at once, and slower ones once the slider rests: current and power, the membrane for
         which a cone stands, rests, statics and profiles."""
         if request["stands"]:
             return await self._make_membrane(request)
         model = subject.model
-        has_pull_in = look.PULL_INS.has(model)
-        has_static = "statics" in request["panels"] and look.STATICS.has(model)
+        has_pull_in = equilibria.PULL_INS.has(model)
+        has_static = "statics" in request["panels"] and equilibria.STATICS.has(model)
         if has_pull_in:
-            await self._add("numbers", request, look.margins, subject)
+            await self._add("numbers", request, equilibria.margins, subject)
         if has_static:
-            await self._add("statics", request, look.statics, subject)
+            await self._add("statics", request, equilibria.statics, subject)
         await asyncio.sleep(RESTED_SECONDS)
         if kind.run is not None:
-            await self._add("numbers", request, look.electrical, subject, kind.run)
+            await self._add("numbers", request, settled.electrical, subject, kind.run)
         async with self._working(request, "statics") as (work, source):
             if not await self._rests_there(work, source, request, kind):
                 self.first.give(request["side"], request)
@@ -294,7 +294,7 @@ class Page:
         found = await asyncio.get_running_loop().run_in_executor(self._threads, compute, *given)
         await self._show(name, request, found)
 
-    async def _rests_there(self, work: Work, source: Source, request: Mapping[str, Any], kind: look.Settled) -> bool:
+    async def _rests_there(self, work: Work, source: Source, request: Mapping[str, Any], kind: settled.Settled) -> bool:
         """Whether the picture shows the rests that a full search finds."""
         guesses = self.shelf.guesses(request["setting"])
         if not guesses:
@@ -308,11 +308,11 @@ class Page:
         """Computes pull-in, and the equilibria if they are shown, unless they are stored."""
         if not stored[0]:
             with suppress(InputError):
-                look.PULL_INS.keep(subject.model, await work.do(find_pull_in, source))
-                await self._add("numbers", request, look.margins, subject)
+                equilibria.PULL_INS.keep(subject.model, await work.do(find_pull_in, source))
+                await self._add("numbers", request, equilibria.margins, subject)
         if "statics" in request["panels"] and not stored[1]:
-            look.STATICS.keep(subject.model, await work.do(find_static, source))
-            await self._add("statics", request, look.statics, subject)
+            equilibria.STATICS.keep(subject.model, await work.do(find_static, source))
+            await self._add("statics", request, equilibria.statics, subject)
 
     async def _computed(self, slot: Slot, compute: Callable[[], Any]) -> Any:
         """The result of ``compute``, run in a thread under the slot's watch; `InputError` beyond its time limit."""
