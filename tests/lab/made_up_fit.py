@@ -6,6 +6,7 @@ import numpy as np
 
 import gelcone
 from gelcone.lab import predictions
+from gelcone.lab.device_fit import Gain
 
 PUMP = gelcone.find_device("biased-pump").replace(film="taut")
 FREE = {"spring_rate": 0.1, "film_thickness": 0.2}
@@ -17,7 +18,10 @@ COVARIANCE = np.array([[0.04, 0.006, 0.5], [0.006, 0.01, 0.4], [0.5, 0.4, 9.0]])
 def made_up_problem(**own):
     tests = own.pop("tests", [])
     values = np.zeros(8)
-    return SimpleNamespace(device=PUMP, free=FREE, priors=np.array([0.1, 0.2, 5.0]), tests=tests, values=values, **own)
+    return SimpleNamespace(
+        device=PUMP, free=FREE, names=[*FREE, "gain of balance"], priors=np.array([0.1, 0.2, 5.0]), tests=tests,
+        values=values, **own,
+    )  # fmt: skip
 
 
 def by_powers(monkeypatch):
@@ -29,7 +33,7 @@ def by_powers(monkeypatch):
 
     def experiments(problem, row, logs):
         asked.append(row)
-        return [SimpleNamespace(words=f"do {len(asked)}", ratio=0.5 / len(asked))]
+        return [Gain(f"do {len(asked)}", 0.5 / len(asked))]
 
     monkeypatch.setattr(predictions, "predicted_values", values)
     monkeypatch.setattr(predictions, "next_experiments", experiments)

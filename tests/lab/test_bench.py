@@ -287,6 +287,5 @@ def test_readings_of_a_test_stand_in_a_row_with_their_noise_units_and_instrument
     test = DeviceTest("t", "series", {}, read, noise)
     assert test.values.tolist() == [1.0, 2.0, 3.0, 4.0]
     assert test.deviations.tolist() == [0.1, 0.2, 0.3, 0.4]
-    assert test.instruments == ["laser", "laser", "ammeter", "ammeter"]
-    assert test.units == ["m", "m", "A", "A"]
+    assert test.readings == [("m", "laser"), ("m", "laser"), ("A", "ammeter"), ("A", "ammeter")]
     assert [rows_read(rows).step for rows in (1, 500, 501, 1000, 1001)] == [1, 1, 2, 2, 3]

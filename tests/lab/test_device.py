@@ -39,8 +39,8 @@ def test_priors_that_cannot_be_are_refused(texts, message):
 
 def a_plan(*_):
     return SimpleNamespace(
-        names=[*FREE, "gain of balance"], priors=np.array([0.1, 0.2, 5.0]), singular=np.array([3.0, 0.2]),
-        directions=np.array([[1.0, 2.0]]), learnt=1, left=np.ones(3), covariance=COVARIANCE,
+        singular=np.array([3.0, 0.2]), directions=np.array([[1.0, 2.0]]), learnt=1, left=np.ones(3),
+        covariance=COVARIANCE,
     )  # fmt: skip
 
 

@@ -64,9 +64,10 @@ def test_a_wrinkling_pump_is_fitted_as_certified():
 
 
 def test_the_plan_of_all_tests_is_the_certified_one():
-    plan = plan_of(problem(TAUT, "taut", gains=False))
+    whole = problem(TAUT, "taut", gains=False)
+    plan = plan_of(whole)
     own = CERTIFIED["identifiability"]["all"]
-    found = plan.left[: len(FIELDS)] / plan.priors[: len(FIELDS)]
+    found = plan.left[: len(FIELDS)] / whole.priors[: len(FIELDS)]
     np.testing.assert_allclose(found, list(own["sd_over_prior"].values()), atol=0.03)
     assert plan.learnt == own["informative_directions"] == 6
 
@@ -76,7 +77,7 @@ def test_the_plan_of_single_tests_is_the_certified_one(name, which):
     whole = problem(TAUT, "taut", gains=False)
     plan = plan_of(Problem(whole.device, whole.free, tuple(whole.tests[k] for k in which), whole.gains))
     own = CERTIFIED["identifiability"][name]
-    found = plan.left[: len(FIELDS)] / plan.priors[: len(FIELDS)]
+    found = plan.left[: len(FIELDS)] / whole.priors[: len(FIELDS)]
     np.testing.assert_allclose(found, list(own["sd_over_prior"].values()), atol=0.03)
     assert plan.learnt == own["informative_directions"]
 
@@ -372,7 +373,7 @@ def test_readings_are_drawn_over_what_was_set_in_si():
         assert words == "row" or words == f"{name} ({KINDS[test.kind].set[name]})"
         np.testing.assert_array_equal(own["measured"], test.values)
         np.testing.assert_array_equal(own["noise"], test.deviations)
-        assert own["reading_unit"].values.tolist() == test.units
+        assert own["reading_unit"].values.tolist() == [reading.unit for reading in test.readings]
         assert own["reading_name"].values.tolist() == [name for name, read in test.read.items() for _ in read]
 
 

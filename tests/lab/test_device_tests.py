@@ -91,8 +91,7 @@ def test_an_amplitude_and_a_phase_are_an_in_phase_and_a_quadrature_part(read):
     np.testing.assert_array_equal(test.set["voltage_amplitude"], [60.0, 60.0])
     np.testing.assert_array_equal(test.set["frequency"], [6.0, 9.0])
     np.testing.assert_allclose(test.deviations, [1e-5] * 4)
-    assert test.instruments == ["laser"] * 4
-    assert test.units == ["m"] * 4
+    assert test.readings == [("m", "laser")] * 4
     assert found.measured
     assert test.name == "frequency response, test 1"
 
@@ -129,7 +128,7 @@ def test_a_series_has_the_readings_that_are_there_thinned_and_times_that_rise(re
     np.testing.assert_allclose(test.read["stroke"], 1e-4 * np.arange(0, count, 3))
     np.testing.assert_allclose(test.read["current"], 2e-7 * np.arange(0, count, 3))
     np.testing.assert_allclose(test.deviations, [1e-5] * 334 + [2e-6] * 334)
-    assert test.instruments == ["laser"] * 334 + ["ammeter"] * 334
+    assert test.readings == [("m", "laser")] * 334 + [("A", "ammeter")] * 334
     short = "time (s),voltage (V),current (mA)\n0,0,1\n1,10,2\n"
     (test,) = read(text, step=short).tests
     assert list(test.read) == ["current"]

@@ -8,7 +8,7 @@ states of both. All predictions are made for many variants of a device at once.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -110,14 +110,9 @@ class DeviceTest:
         return np.concatenate([self.noise[name] for name in self.read])
 
     @property
-    def instruments(self) -> list[str]:
-        """The instrument of every reading in a row."""
-        return [KINDS[self.kind].read[name].instrument for name, values in self.read.items() for _ in values]
-
-    @property
-    def units(self) -> list[str]:
-        """The SI unit of every reading in a row."""
-        return [KINDS[self.kind].read[name].unit for name, values in self.read.items() for _ in values]
+    def readings(self) -> list[Reading]:
+        """Unit and instrument of every reading in a row."""
+        return [KINDS[self.kind].read[name] for name, values in self.read.items() for _ in values]
 
 
 def rows_read(rows: int) -> slice:
@@ -217,17 +212,17 @@ class Variants:
 
     def predict(self, test: DeviceTest) -> Array:
         """Predict the readings of a test for all variants, (variants, readings); NaN where a variant has no state."""
-        if test.kind == "blocked force":
-            return self.blocked_force(**test.set)
-        if test.kind == "stroke over voltage":
-            return self.stroke(**test.set, key=test)
-        if test.kind == "stroke over load":
-            return self.loaded_stroke(**test.set, key=test)
-        if test.kind == "capacitance":
-            return self.capacitance(**test.set)
-        if test.kind == "series":
-            return self.series(**test.set, names=tuple(test.read))
-        return self.response(**test.set, key=test) if test.kind == "frequency response" else self.ring_down()
+        methods: Mapping[str, tuple[Callable[..., Array], Mapping[str, Any]]] = {
+            "blocked force": (self.blocked_force, {}),
+            "stroke over voltage": (self.stroke, {"key": test}),
+            "frequency response": (self.response, {"key": test}),
+            "stroke over load": (self.loaded_stroke, {"key": test}),
+            "capacitance": (self.capacitance, {}),
+            "ring-down": (self.ring_down, {}),
+            "series": (self.series, {"names": tuple(test.read)}),
+        }
+        method, options = methods[test.kind]
+        return method(**test.set, **options)
 
     def blocked_force(self, height: Array, voltage: Array) -> Array:
         """Force that holds the disc at heights under voltages."""
@@ -285,13 +280,12 @@ class Variants:
     def ring_down(self) -> Array:
         """Frequency and decay rate of small motions about the rest."""
         rate = 2.0 * np.pi * self.scale("frequency")
-        if not self.members.system.planar:
-            swing, decay = small_motion(self.members, self.rest[:, 0])
-            return np.concatenate([rate * swing[:, None] / (2.0 * np.pi), rate * decay[:, None]], axis=1)
-        slope = self.force(self.rest, 0.0)[1]
-        with np.errstate(invalid="ignore"):
-            swing = np.sqrt(slope - self.damping**2)
-        return np.concatenate([rate * swing / (2.0 * np.pi), rate * self.damping], axis=1)
+        if self.members.system.planar:
+            with np.errstate(invalid="ignore"):
+                swing, decay = np.sqrt(self.force(self.rest, 0.0)[1] - self.damping**2), self.damping
+        else:
+            swing, decay = (own[:, None] for own in small_motion(self.members, self.rest[:, 0]))
+        return np.concatenate([rate * swing / (2.0 * np.pi), rate * decay], axis=1)
 
     def response(self, voltage_offset: Array, voltage_amplitude: Array, frequency: Array, key: Any = None) -> Array:
         """The in-phase and quadrature parts of the settled motion, by one-harmonic balance; the states are stored under

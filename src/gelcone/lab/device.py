@@ -115,9 +115,9 @@ def plan_device(
     problem = _problem(device, tests, free, film, loss)
     plan = plan_of(problem)
     asked = read_predictions(predict)
-    result = _unknowns(plan.names, plan.priors, plan.left, np.zeros(plan.priors.size))
-    predicted = predictions_of(problem, np.zeros(plan.priors.size), plan.covariance, asked)
-    result = _with_plan(result, problem, plan).merge(predicted)
+    nominal = np.zeros(problem.priors.size)
+    predicted = predictions_of(problem, nominal, plan.covariance, asked)
+    result = _planned(problem, plan, nominal, plan.left).merge(predicted)
     about = {"title": f"device plan: {device.name}", "film": str(problem.device.film), **_about(problem)}
     return result.assign_attrs(predicted.attrs | about | {"planned": device.to_toml()})
 
@@ -183,8 +183,7 @@ def fit_device(
     wider = float(np.sqrt(best.chi2 / best.problem.values.size)) if refused else 1.0
     covariance = best.covariance * wider**2
     plan = plan_of(best.problem, best.logs)
-    result = _unknowns(plan.names, plan.priors, np.sqrt(np.diag(covariance)), best.logs)
-    result = _with_plan(result, best.problem, plan, best.logs)
+    result = _planned(best.problem, plan, best.logs, np.sqrt(np.diag(covariance)))
     spread = {"covariance": (covariance, "covariance of the logarithms of the factors", "share")}
     result = result.assign(dataset.columns(("unknown", "other_unknown"), spread))
     if profile:
@@ -335,37 +334,29 @@ def _about(problem: Problem) -> dict[str, Any]:
     }
 
 
-def _unknowns(names: Sequence[str], priors: Array, left: Array, logs: Array) -> xr.Dataset:
+def _planned(problem: Problem, plan: Plan, logs: Array, spread: Array) -> xr.Dataset:
+    """Label the unknowns ``logs`` with their standard deviations ``spread``, and the information of the tests about
+    them: singular values, directions, nominal and fitted values of the fields."""
     import xarray as xr
 
     import gelcone.accessor  # noqa: F401  (gives Datasets their methods)
 
-    columns = dataset.columns("unknown", {
-        "prior": (priors, "relative standard deviation of the prior", "share"),
-        "posterior": (left, "relative standard deviation that the tests leave", "share"),
+    fields = list(problem.free)
+    nominal = np.array([field_value(problem.device, name) for name in fields])
+    unknown = dataset.columns("unknown", {
+        "prior": (problem.priors, "relative standard deviation of the prior", "share"),
+        "posterior": (spread, "relative standard deviation that the tests leave", "share"),
         "deviation": (logs, "logarithm of the factor on the nominal value", "share"),
     })  # fmt: skip
-    return xr.Dataset(columns, coords={"unknown": list(names)})
-
-
-def _with_plan(result: xr.Dataset, problem: Problem, plan: Plan, logs: Array | None = None) -> xr.Dataset:
-    """Add the singular values, directions, and nominal and fitted values of the fields to a result."""
-    fields = list(problem.free)
-    found = result.assign_coords(field=fields)
-    nominal = [field_value(problem.device, name) for name in fields]
-    logs = np.zeros(plan.priors.size) if logs is None else logs
-    own = np.array(nominal) * np.exp(logs[: len(fields)])
-    return found.assign(
-        dataset.columns(
-            "field", {"nominal": (nominal, "nominal value in SI", "share"), "value": (own, "value in SI", "share")}
-        )
-        | dataset.columns(
-            "direction", {"singular_value": (plan.singular, "what is learnt along it, over the priors", "share")}
-        )
-        | dataset.columns(
-            ("invariant", "field"), {"exponent": (plan.directions, "change that leaves every reading", "share")}
-        )
-    ).assign_attrs(learnt=plan.learnt)
+    field = dataset.columns("field", {
+        "nominal": (nominal, "nominal value in SI", "share"),
+        "value": (nominal * np.exp(logs[: len(fields)]), "value in SI", "share"),
+    })  # fmt: skip
+    along = {"singular_value": (plan.singular, "what is learnt along it, over the priors", "share")}
+    still = {"exponent": (plan.directions, "change that leaves every reading", "share")}
+    directions = dataset.columns("direction", along) | dataset.columns(("invariant", "field"), still)
+    coords = {"unknown": problem.names, "field": fields}
+    return xr.Dataset({**unknown, **field, **directions}, coords, {"learnt": plan.learnt})
 
 
 def _readings(best: FittedDevice) -> xr.Dataset:
@@ -376,7 +367,7 @@ def _readings(best: FittedDevice) -> xr.Dataset:
     names = [name for test in tests for name, values in test.read.items() for _ in values]
     along = [value for test in tests for _ in test.read for value in _along(test)[0]]
     axes = [_along(test)[1] for test in tests for _ in test.values]
-    units = [unit for test in tests for unit in test.units]
+    units = [reading.unit for test in tests for reading in test.readings]
     own = np.repeat(np.arange(len(tests)), [test.values.size for test in tests])
     return xr.Dataset(dataset.columns("reading", {
         "reading_test": (own, "number of its test", "count"),

@@ -78,7 +78,7 @@ class Problem:
     @cached_property
     def used(self) -> list[str]:
         """The instruments of the tests: those of readings, and the amplifier if there is a voltage."""
-        own = {instrument for test in self.tests for instrument in test.instruments if instrument}
+        own = {reading.instrument for test in self.tests for reading in test.readings}
         volts = any(np.any(values) for test in self.tests for name, values in test.set.items() if "voltage" in name)
         return [name for name in INSTRUMENTS if name in own or (name == AMPLIFIER and volts)]
 
@@ -138,8 +138,6 @@ class Plan(NamedTuple):
     """The information in tests: standard deviations ``left`` of all unknowns, ``singular`` values of the fields in
     units of their priors, and the ``directions`` of fields that change no reading, one in a row."""
 
-    names: list[str]
-    priors: Array
     left: Array
     covariance: Array
     singular: Array
@@ -163,8 +161,6 @@ def plan_of(problem: Problem, logs: Array | None = None) -> Plan:
     plain = slopes[:, :count] / problem.noise[:, None]
     own = np.linalg.svd(scaled[:, :count], compute_uv=False)
     return Plan(
-        problem.names,
-        problem.priors,
         problem.priors * np.sqrt(np.diag(covariance)),
         covariance * np.outer(problem.priors, problem.priors),
         np.concatenate([own, np.zeros(count - own.size)]),

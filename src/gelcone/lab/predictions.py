@@ -58,11 +58,7 @@ def predictions_of(problem: Problem, logs: Array, covariance: Array, asked: Sequ
     values = np.stack([predicted_values(problem, around, one) for one in asked])
     slopes = np.concatenate([(values[:, 1:] - values[:, :1]) / STEP, np.zeros((len(asked), logs.size - count))], axis=1)
     spread = np.sqrt(np.einsum("pi,ij,pj->p", slopes, covariance, slopes))
-    words, ratios = [], []
-    for row in slopes:
-        found = next_experiments(problem, row, logs) if np.isfinite(row).all() else []
-        words.append([one.words for one in found])
-        ratios.append([one.ratio for one in found])
+    gains = [next_experiments(problem, row, logs) if np.isfinite(row).all() else [] for row in slopes]
     prior = np.sqrt((slopes**2) @ problem.priors**2)
     return xr.Dataset(
         dataset.columns("prediction", {
@@ -71,7 +67,7 @@ def predictions_of(problem: Problem, logs: Array, covariance: Array, asked: Sequ
             "predicted_prior": (prior, "standard deviation of the prediction from the priors alone, in SI", "share"),
         }),
         coords={"prediction": [one.text for one in asked]},
-        attrs={"next": json.dumps([list(zip(w, r, strict=True)) for w, r in zip(words, ratios, strict=True)])},
+        attrs={"next": json.dumps(gains)},
     )  # fmt: skip
 
 
