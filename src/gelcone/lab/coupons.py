@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -11,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from gelcone.devices.units import DIMENSIONS, format_si
-from gelcone.errors import InputError, check_name
-from gelcone.lab.reading import Column, Table
+from gelcone.errors import InputError
+from gelcone.lab.reading import Column, Table, spelt_plainly
 from gelcone.quantity import Array
 
 MODES = ("uniaxial", "equi-biaxial", "pure shear")
@@ -51,10 +50,21 @@ ROLES: Mapping[str, tuple[str, ...]] = {
     "permittivity": ("dielec", "permittivity", "relative permittivity", "dielectric constant", "eps r", "epsilon r"),
 }
 """Role of a column -> names by which it is recognised."""
-_UNITS = {"voltage": "V", "stress": "Pa", "force": "N", "extension": "m", "time": "s", "frequency": "Hz"}
+_SI = {
+    "voltage": "V", "stress": "Pa", "force": "N", "extension": "m", "time": "s", "frequency": "Hz", "rate": "1/s",
+}  # fmt: skip
+"""Role -> SI unit."""
 _SPELT = {"sec": "s", "min": "min", "h": "h", "mm/mm": "", "-": "", "1": "", "none": ""}
-_RATES = {"1/s": 1.0, "s-1": 1.0, "s^-1": 1.0, "/s": 1.0, "%/s": 1e-2, "1/min": 1 / 60.0}
-_TIMES = {"min": 60.0, "h": 3600.0}
+_OWN: Mapping[str, tuple[Mapping[str, float], str]] = {
+    "rate": (
+        {"1/s": 1.0, "s-1": 1.0, "s^-1": 1.0, "/s": 1.0, "%/s": 1e-2, "1/min": 1 / 60.0},
+        "{!r} is not a strain rate; write it in 1/s",
+    ),
+    "strain": ({"": 1.0, "%": 1e-2}, "{!r} is not a unit of a strain; write it in %"),
+    "stretch": ({"": 1.0}, "stretch has no unit; {!r} is one"),
+    "permittivity": ({"": 1.0}, "permittivity has no unit; {!r} is one"),
+}
+"""Role with units of its own -> unit -> its size in SI, and the message for another unit."""
 
 
 @dataclass(frozen=True)
@@ -119,9 +129,7 @@ def roles_of(table: Table, named: Mapping[str, str]) -> dict[str, tuple[Column, 
     """
     found: dict[str, tuple[Column, str | None]] = {}
     for role, text in named.items():
-        before, comma, after = text.rpartition(",")
-        own, stated = (before.strip(), after.strip()) if comma else (text.strip(), None)
-        check_name("column", own, table.columns, where=f"{table.file}: {role} = {text!r}: ")
+        own, stated = table.named(text, f"{table.file}: {role} = {text!r}: ")
         found[role] = table.columns[own], table.unit_of(own, stated)
     taken = {column.name for column, _ in found.values()}
     for name, column in table.columns.items():
@@ -137,47 +145,29 @@ def roles_of(table: Table, named: Mapping[str, str]) -> dict[str, tuple[Column, 
 
 
 def _role(name: str) -> str | None:
-    plain = re.sub(r"[\s_\-]+", " ", name.strip().lower())
-    return next((role for role, known in ROLES.items() if plain in known), None)
+    return next((role for role, known in ROLES.items() if spelt_plainly(name) in known), None)
 
 
 def in_si(table: Table, role: str, column: Column, unit: str | None, notes: list[str]) -> Array:
     """Convert a column to SI units; `InputError` for words, and for a unit that is missing or of another quantity."""
     if column.values is None:
         raise InputError(f"{table.file}: column {column.name!r} holds words, and {role} is a number; rename the column")
-    values, own = column.values, None if unit is None else _SPELT.get(unit.strip().lower(), unit.strip())
-    if role in ("stretch", "permittivity"):
-        if own not in (None, ""):
-            raise InputError(f"{table.file}: column {column.name!r}: {role} has no unit; {unit!r} is one")
-        return values
-    if role == "strain":
-        return values * _strain_unit(table, column, own)
+    own = None if unit is None else _SPELT.get(unit.strip().lower(), unit.strip())
     if role == "temperature":
         return _kelvin(table, column, own, notes)
-    if role == "rate":
-        if own is None:
-            notes.append(f"column {column.name!r} has no unit: taken as 1/s")
-        elif own not in _RATES:
-            raise InputError(f"{table.file}: column {column.name!r}: {unit!r} is not a strain rate; write it in 1/s")
-        return values * _RATES.get(own or "1/s", 1.0)
     if own is None:
-        return _without_unit(table, role, column, notes)
-    if role == "time" and own in _TIMES:
-        return values * _TIMES[own]
-    powers = DIMENSIONS[_UNITS[role]].powers
-    if own not in powers:
-        known = ", ".join(name for name in powers if name.isascii())
-        raise InputError(
-            f"{table.file}, line 1: column {column.name!r}: {unit!r} is not a unit of {DIMENSIONS[_UNITS[role]].name}; "
-            f"write one of {known}"
-        )
-    return values * 10.0 ** powers[own]
-
-
-def _strain_unit(table: Table, column: Column, unit: str | None) -> float:
-    if unit not in (None, "", "%"):
-        raise InputError(f"{table.file}: column {column.name!r}: {unit!r} is not a unit of a strain; write it in %")
-    return 1e-2 if unit == "%" else 1.0
+        own = _assumed_unit(table, role, column.name, column.values, notes)
+    where = table.file
+    if role in _OWN:
+        factors, refusal = _OWN[role]
+    else:
+        of, where = DIMENSIONS[_SI[role]], f"{table.file}, line 1"
+        factors = {**{name: 10.0**power for name, power in of.powers.items()}, **of.factors}
+        known = ", ".join(name for name in of.powers if name.isascii())
+        refusal = f"{{!r}} is not a unit of {of.name}; write one of {known}"
+    if own not in factors:
+        raise InputError(f"{where}: column {column.name!r}: {refusal.format(unit)}")
+    return column.values * factors[own]
 
 
 def _kelvin(table: Table, column: Column, unit: str | None, notes: list[str]) -> Array:
@@ -200,20 +190,20 @@ def refuse_kilovolts(table: Table, volts: Array) -> None:
         )
 
 
-def _without_unit(table: Table, role: str, column: Column, notes: list[str]) -> Array:
-    """Read a column without a unit: times, stresses and frequencies as SI, plausible voltages as V; refuse others."""
-    values, unit = column.values, _UNITS[role]
-    assert values is not None
-    if role == "voltage":
-        refuse_kilovolts(table, values[np.isfinite(values)])
-    elif role not in ("time", "stress", "frequency"):
+def _assumed_unit(table: Table, role: str, name: str, values: Array, notes: list[str]) -> str:
+    """The unit of a column that states none: SI, of plausible voltages alone; forces and extensions are refused."""
+    unit = _SI.get(role, "")
+    if role in ("force", "extension"):
         short = {"force": "mN", "extension": "mm"}[role]
         raise InputError(
-            f'{table.file}, line 1: column "{column.name}" has no unit; write "{column.name} ({unit})", or name it in '
-            f'tests.toml: {role} = "{column.name}, {short}"'
+            f'{table.file}, line 1: column "{name}" has no unit; write "{name} ({unit})", or name it in '
+            f'tests.toml: {role} = "{name}, {short}"'
         )
-    notes.append(f"column {column.name!r} has no unit: taken as {unit}")
-    return values
+    if role == "voltage":
+        refuse_kilovolts(table, values[np.isfinite(values)])
+    if unit:
+        notes.append(f"column {name!r} has no unit: taken as {unit}")
+    return unit
 
 
 # --- tests of a table -------------------------------------------------------------------------------------------------

@@ -14,7 +14,7 @@ from gelcone.errors import InputError, check_name, check_names, check_path
 from gelcone.lab.bench import INSTRUMENTS, KINDS, DeviceTest, rows_read
 from gelcone.lab.coupons import refuse_kilovolts
 from gelcone.lab.measured import listed_tables, place_of
-from gelcone.lab.reading import Table, read_table
+from gelcone.lab.reading import Table, read_table, spelt_plainly
 from gelcone.physics.waveforms import MOST_PIECES
 from gelcone.quantity import Array
 
@@ -43,6 +43,8 @@ _NUMBER = re.compile(r"\s*[+-]?\.?\d")
 """Beginning of a number; any other text names a column, after a minus with the opposite sign."""
 _EXAMPLES = {"m": "10 mm", "V": "1 kV", "N": "20 mN", "Hz": "10 Hz", "s": "1 s"}
 """Unit -> example of a value that is set."""
+_OWN_UNITS = ("1/s", "deg")
+"""Units that fields of a device do not have."""
 _PARTS = ("in_phase", "quadrature")
 _EXTRA = {"amplitude": "m", "phase": "deg"}
 """Readings that replace in_phase and quadrature."""
@@ -200,10 +202,8 @@ def _parsed(where: str, name: str, value: Any, unit: str, **bounds: Any) -> floa
     """Read a number with its unit; `InputError` with the test otherwise."""
     text = str(value).strip()
     try:
-        if unit == "1/s":
-            return parse(name, text.removesuffix("1/s").strip(), "1", **bounds)
-        if unit == "deg":
-            return parse(name, text.removesuffix("deg").strip(), "1", **bounds)
+        if unit in _OWN_UNITS:
+            return parse(name, text.removesuffix(unit).strip(), "1", **bounds)
         return parse(name, value, unit, **bounds)
     except FieldError as error:
         raise InputError(f"{where}: {error}") from None
@@ -236,7 +236,7 @@ def _column(where: str, name: str, unit: str, given: str | None, table: Table) -
     written = table.unit_of(own, stated)
     if written is None:
         _refuse_bare(table, name, own, unit, column.values)
-    powers = {unit: 0} if unit in ("1/s", "deg") else DIMENSIONS[unit].powers
+    powers = {unit: 0} if unit in _OWN_UNITS else DIMENSIONS[unit].powers
     if written is None or written not in powers:
         raise InputError(
             f"{table.file}, line 1: column {own!r}: {written!r} is not a unit of {name}; write it in {unit}"
@@ -249,15 +249,12 @@ def _named(where: str, name: str, given: Any, table: Table) -> tuple[str | None,
     """The name of a column, and the unit that the list states; None if the list holds numbers, or no column is
     found."""
     if given is None:
-        spelt = {re.sub(r"[\s_\-]+", " ", own.strip().lower()): own for own in table.columns}
+        spelt = {spelt_plainly(own): own for own in table.columns}
         return next((spelt[near] for near in _NEAR[name] if near in spelt), None), None
     if not isinstance(given, str) or _NUMBER.match(given):
         return None, None
     given = given.removeprefix("-")
-    before, comma, after = given.rpartition(",")
-    own, stated = (before.strip(), after.strip()) if comma else (given.strip(), None)
-    check_name("column", own, table.columns, where=f"{where}: {name} = {given!r}: ")
-    return own, stated
+    return table.named(given, f"{where}: {name} = {given!r}: ")
 
 
 def _refuse_bare(table: Table, name: str, own: str, unit: str, values: Array) -> None:

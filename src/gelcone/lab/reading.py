@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gelcone.errors import InputError
+from gelcone.errors import InputError, check_name
 from gelcone.files import read_data
 from gelcone.lab.binary import read_vectors
 from gelcone.quantity import Array
@@ -72,6 +72,19 @@ class Table:
                 "out of the list, or correct the heading"
             )
         return stated or own
+
+    def named(self, text: str, where: str) -> tuple[str, str | None]:
+        """The column that a list names, as in ``"F, mN"``, and the unit stated there, None for none; `InputError`,
+        which begins with ``where``, unless there is such a column."""
+        before, comma, after = text.rpartition(",")
+        own, stated = (before.strip(), after.strip()) if comma else (text.strip(), None)
+        check_name("column", own, self.columns, where=where)
+        return own, stated
+
+
+def spelt_plainly(name: str) -> str:
+    """The name of a column in small letters, with single spaces between its words."""
+    return re.sub(r"[\s_\-]+", " ", name.strip().lower())
 
 
 def _ascii(unit: str) -> str:
