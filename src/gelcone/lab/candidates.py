@@ -6,7 +6,7 @@ about the mean height, with its second harmonic.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -202,11 +202,11 @@ def _beyond(system: Any, n: Any, own: Mapping[str, Array], x: Array, voltage: Ar
     return -state.hoop_stress, -state.meridional_stress, state.true_field / strength - 1.0, state.limit_share - 1.0
 
 
-def draws_of(spread: Sequence[float], count: int, seed: int) -> Array:
-    """Draw normal Sobol samples, (count, tolerances), with the standard deviations ``spread``."""
+def draws_of(fields: int, count: int, seed: int) -> Array:
+    """Draw Sobol samples of a standard normal distribution, (count, fields)."""
     from scipy.stats import norm, qmc
 
-    if not len(spread):
+    if not fields:
         return np.zeros((1, 0))
-    points = qmc.Sobol(len(spread), seed=seed).random(count)
-    return np.asarray(norm.ppf(np.clip(points, 1e-9, 1.0 - 1e-9))) * np.asarray(spread)
+    points = qmc.Sobol(fields, seed=seed).random(count)
+    return np.asarray(norm.ppf(np.clip(points, 1e-9, 1.0 - 1e-9)))

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -198,16 +199,6 @@ def _works(balance: StaticBalance, rest: float, reached: float, squared: float) 
 # --- small signals ----------------------------------------------------------------------------------------------------
 
 
-class _Small(NamedTuple):
-    """Numbers of a small-signal model: ``half_width``, ``bandwidth``, ``rise_time``, and the ``gain`` at frequencies,
-    over the static gain."""
-
-    half_width: float
-    bandwidth: float
-    rise_time: float
-    gain: Array
-
-
 def _dynamic_numbers(model: ConeModel, found: xr.Dataset) -> dict[str, object]:
     """Natural frequency, width, bandwidth and rise time about each voltage that moves the disc."""
     volts = found["constant_voltage"].values
@@ -215,20 +206,20 @@ def _dynamic_numbers(model: ConeModel, found: xr.Dataset) -> dict[str, object]:
     natural = np.asarray(natural_frequency(model, volts, np.where(np.isfinite(x), x, np.nan)))
     known = natural[np.isfinite(natural)]
     omega = np.linspace(LOWEST, HIGHEST, FREQUENCIES) * (known.max() if known.size else 1.0)
+    blank = np.nan, np.nan, np.nan, np.full(omega.size, np.nan)
     rows = [
-        _small(model, v, omega) if v > 0.0 and np.isfinite(w) else None for v, w in zip(volts, natural, strict=True)
+        _small(model, v, omega) if v > 0.0 and np.isfinite(w) else blank for v, w in zip(volts, natural, strict=True)
     ]
-    blank = _Small(np.nan, np.nan, np.nan, np.full(omega.size, np.nan))
-    every = [blank if row is None else row for row in rows]
+    width, bandwidth, rise, gain = (np.array(column) for column in zip(*rows, strict=True))
     frequency = {"units": "1", "quantity": "frequency", dataset.NAN: "not applicable", dataset.INFINITE: "none"}
     time = dataset.absent("time", infinite="none")
     columns = dataset.columns(_LEVELS, {
         "natural_frequency": (natural, "natural frequency of small undamped motions", _of("frequency")),
-        "half_width": ([row.half_width for row in every], "half width of the resonance at half power", frequency),
-        "bandwidth": ([row.bandwidth for row in every], "frequency to which it stays above half power", frequency),
-        "rise_time": ([row.rise_time for row in every], "time from 10 to 90 % of a small step", time),
+        "half_width": (width, "half width of the resonance at half power", frequency),
+        "bandwidth": (bandwidth, "frequency to which it stays above half power", frequency),
+        "rise_time": (rise, "time from 10 to 90 % of a small step", time),
     })  # fmt: skip
-    curves = {"gain": (np.stack([row.gain for row in every]), "small-signal stroke over the static one", "share")}
+    curves = {"gain": (gain, "small-signal stroke over the static one", "share")}
     axis = {"drive_frequency": (omega, "drive frequency", "frequency")}
     return {
         **columns,
@@ -237,15 +228,16 @@ def _dynamic_numbers(model: ConeModel, found: xr.Dataset) -> dict[str, object]:
     }
 
 
-def _small(model: ConeModel, voltage: float, omega: Array) -> _Small:
-    """Compute the small-signal numbers about a constant voltage."""
+def _small(model: ConeModel, voltage: float, omega: Array) -> tuple[float, float, float, Array]:
+    """Compute half width, bandwidth, rise time, and the gain over the static one, of small signals about a constant
+    voltage."""
     space = state_space(model, voltage=float(voltage))
     values = np.linalg.eigvals(space.A)
     swinging = values[np.abs(values.imag) > 1e-9 * np.abs(values)]
     width = float(-swinging.real[np.argmax(np.abs(swinging.imag))]) if swinging.size else np.nan
     still = space.transfer(np.zeros(1))[0, 0, 0]
     gain = np.abs(space.transfer(omega)[:, 0, 0] / still) if still else np.full(omega.size, np.nan)
-    return _Small(width, _edge(space, still, values), _rise_time(space, values), gain)
+    return width, _edge(space, still, values), _rise_time(space, values), gain
 
 
 def _edge(space: StateSpace, still: complex, values: Any) -> float:
@@ -314,23 +306,22 @@ def _ramp(model: ConeModel, highest: float) -> tuple[dict[str, object], Array | 
 def _drive(model: ConeModel, threads: int | None) -> dict[str, object]:
     """Stroke, current and power of the settled motion under the actuator's drive, from next to rest, which may be
     unstable; none of a motion that does not repeat, of which each run has others."""
-    names = {"drive_stroke": "stroke", "peak_current": "current", "apparent_power": "apparent_power"}
-    values = dict.fromkeys((*names, "mean_power"), np.nan)
+    found: Mapping[Any, Any] = {}
     if float(model.voltage) > 0.0:
-        found = plain(settled)(model, (rest_displacement(model) + NUDGE, 0.0), threads=threads)
-        if found["period"] or found["resting"]:
-            values = {name: float(found[own]) for name, own in (names | {"mean_power": "power"}).items()}
-    none = {dataset.NAN: "not driven, or without a motion that repeats"}
-    about = {
-        "drive_stroke": ("stroke of the drive, peak to peak", "length"),
-        "peak_current": ("largest current of the drive", "current"),
-        "apparent_power": (MEANINGS["apparent_power"][0], "apparent power"),
-        "mean_power": ("mean power that the drive supplies", "power"),
-    }
-    return dataset.columns(
-        (),
-        {name: (values[name], words, dataset.absent(of, infinite=JUMPS) | none) for name, (words, of) in about.items()},
-    )
+        motion = plain(settled)(model, (rest_displacement(model) + NUDGE, 0.0), threads=threads)
+        if motion["period"] or motion["resting"]:
+            found = motion
+
+    def of(name: str, words: str, quantity: str) -> tuple[Any, str, dataset.Of]:
+        absent = dataset.absent(quantity, "not driven, or without a motion that repeats", JUMPS)
+        return float(found.get(name, np.nan)), words, absent
+
+    return dataset.columns((), {
+        "drive_stroke": of("stroke", "stroke of the drive, peak to peak", "length"),
+        "peak_current": of("current", "largest current of the drive", "current"),
+        "apparent_power": of("apparent_power", MEANINGS["apparent_power"][0], "apparent power"),
+        "mean_power": of("power", "mean power that the drive supplies", "power"),
+    })  # fmt: skip
 
 
 def _with_limits(found: xr.Dataset, model: ConeModel, threads: int | None) -> xr.Dataset:

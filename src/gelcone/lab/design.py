@@ -296,26 +296,23 @@ def _labelled(wish: Wish, rows: Sequence[Row], seed: int, trap: Mapping[str, flo
     if not good:
         rest = "widen the bounds, or weaken a requirement"
         raise InputError(f"design: every design found fails its check, the first since {left[0]}; {rest}")
-    columns: dict[str, list[float]] = {name: [] for name in _NUMBERS}
-    binds = []
+    numbers, binds = [], []
     for row in good:
         share, low, high = probability_of(row.problem, row.unit, seed + 1)
         binds.append(binding_of(row.problem, row.unit))
         found = row.problem.nominal(row.problem.designs(row.unit[None]))
         width = float(row.device.to_model().damping_ratio) * float(row.device.scales.frequency)
         distance = (float(found.values["natural_frequency"][0, 0]) - float(row.device.frequency)) / width
-        values = (
+        numbers.append((
             row.checked.stroke, row.checked.membrane, float(found.values["peak_voltage"][0, 0]),
             row.checked.apparent_power, row.checked.recommended, share, low, high, distance,
             relaxation(row.problem, row.unit, row.population, binds[-1]),
-        )  # fmt: skip
-        for own, value in zip(columns.values(), values, strict=True):
-            own.append(value)
-    table: dict[str, tuple[Any, str, dataset.Of]] = {
-        name: (np.array(columns[name]) * per_unit, words, of if unit == "1" else {"units": unit, "quantity": of})
-        for name, (words, of) in _NUMBERS.items()
-        for unit, per_unit in [(MEASURES[of].shown, MEASURES[of].per_unit) if of in MEASURES else ("1", 1.0)]
-    }
+        ))  # fmt: skip
+    table: dict[str, tuple[Any, str, dataset.Of]] = {}
+    for (name, (words, of)), values in zip(_NUMBERS.items(), np.transpose(numbers), strict=True):
+        table[name] = values, words, of
+        if of in MEASURES:
+            table[name] = values * MEASURES[of].per_unit, words, {"units": MEASURES[of].shown, "quantity": of}
     table |= {
         name: ([float(row.device.get(name)) for row in good], "", field_attributes(good[0].device, name))
         for name in wish.free

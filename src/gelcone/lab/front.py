@@ -69,7 +69,7 @@ class Problem:
     def normal(self) -> Array:
         """Draws of the uncertain fields in units of their standard deviations, (draws, uncertain fields)."""
         own = self.wish.uncertain
-        return draws_of([1.0] * own, self.draws, self.seed) if self.draws > 1 else np.zeros((1, own))
+        return draws_of(own, self.draws, self.seed) if self.draws > 1 else np.zeros((1, own))
 
     def designs(self, unit: Array) -> Array:
         """Map points of the unit cube to designs (designs, fields) in SI."""
