@@ -110,14 +110,14 @@ def test_what_is_no_vector_of_real_numbers_is_left_out():
         matrix("logical", [1.0, 2.0], flags=15), matrix("beyond", [1.0, 2.0], flags=16),
     ]  # fmt: skip
     found = binary._matlab(head + b"".join(parts))
-    assert {name: values.tolist() for name, values in found.items()} == {
+    assert {name: vector.values.tolist() for name, vector in found.items()} == {
         "row": [1.0, 2.0, 3.0], "pair": [1.0, 2.0], "logical": [1.0, 2.0],
     }  # fmt: skip
     compressed = element(15, zlib.compress(matrix("small", [3.0, 4.0])), "<").rstrip(b"\0")
     packed = zlib.compress(matrix("small", [3.0, 4.0]))
     compressed = struct.pack("<II", 15, len(packed)) + packed
     both = binary._matlab(head + compressed + matrix("after", [5.0, 6.0]))
-    assert {name: values.tolist() for name, values in both.items()} == {"small": [3.0, 4.0], "after": [5.0, 6.0]}
+    assert {name: vector.values.tolist() for name, vector in both.items()} == {"small": [3.0, 4.0], "after": [5.0, 6.0]}
 
 
 def test_as_many_vectors_and_values_are_read_as_are_allowed(monkeypatch):

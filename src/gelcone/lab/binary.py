@@ -35,7 +35,7 @@ def read_vectors(path: Path, remedy: str) -> dict[str, tuple[Array, str | None]]
     """
     data = read_data(path, remedy)
     try:
-        found = _vectors(data)
+        found = (vectors_of if SIGNATURE in data[:2056] else _matlab)(data)
     except InputError as error:
         raise InputError(f"{path.name}: {error}") from None
     except (ValueError, IndexError, struct.error, zlib.error):
@@ -49,13 +49,6 @@ def read_vectors(path: Path, remedy: str) -> dict[str, tuple[Array, str | None]]
     return dict(_unit_of(name, *vector) for name, vector in found.items())
 
 
-def _vectors(data: bytes) -> dict[str, Vector]:
-    """The vectors of a MATLAB or HDF5 file."""
-    if SIGNATURE in data[:2056]:
-        return vectors_of(data)
-    return {name: Vector(values, "") for name, values in _matlab(data).items()}
-
-
 def _unit_of(name: str, values: Array, unit: str) -> tuple[str, tuple[Array, str | None]]:
     if unit:
         return name, (values, unit)
@@ -63,7 +56,7 @@ def _unit_of(name: str, values: Array, unit: str) -> tuple[str, tuple[Array, str
     return (before, (values, after)) if before and after in UNITS else (name, (values, None))
 
 
-def _matlab(data: bytes) -> dict[str, Array]:
+def _matlab(data: bytes) -> dict[str, Vector]:
     """Read the vectors of numbers of a MATLAB file; `InputError` if there are too many.
 
     Its elements are read here, since `scipy.io.loadmat` ends the process at some damaged files.
@@ -71,14 +64,14 @@ def _matlab(data: bytes) -> dict[str, Array]:
     order = {b"IM": "<", b"MI": ">"}.get(data[126:128])
     if order is None:
         raise ValueError("no MATLAB 5 file")
-    found: dict[str, Array] = {}
+    found: dict[str, Vector] = {}
     for kind, body in _elements(data[128:], order):
         if kind == COMPRESSED:
             unpacked = zlib.decompressobj().decompress(body, 8 * MOST_VALUES + 4096)
             (kind, body), *_ = _elements(unpacked, order)
         if kind == MATRIX:
             found |= _vector(body, order)
-        total = sum(values.size for values in found.values())
+        total = sum(vector.values.size for vector in found.values())
         if len(found) > MOST_NAMES or total > MOST_VALUES:
             raise too_many()
     return found
@@ -99,8 +92,8 @@ def _elements(data: bytes, order: str) -> Iterator[tuple[int, bytes]]:
         at += 8 + (size if kind == COMPRESSED else -(-size // 8) * 8)
 
 
-def _vector(body: bytes, order: str) -> dict[str, Array]:
-    """Name and values of a matrix that is a vector of real numbers; empty for other data."""
+def _vector(body: bytes, order: str) -> dict[str, Vector]:
+    """Name and content of a matrix that is a vector of real numbers; empty for other data."""
     parts = [element for _, element in zip(range(4), _elements(body, order), strict=False)]
     if len(parts) < 4:
         return {}
@@ -113,4 +106,4 @@ def _vector(body: bytes, order: str) -> dict[str, Array]:
     values = np.frombuffer(numbers[: len(numbers) // stored.itemsize * stored.itemsize], stored)
     if values.size < 2 or dims.max() != values.size or dims.prod() != values.size:
         return {}
-    return {name.decode("ascii"): values.astype(float)}
+    return {name.decode("ascii"): Vector(values.astype(float), "")}

@@ -131,32 +131,36 @@ class File:
                 tree, heap = (int.from_bytes(body[at : at + 8], "little") for at in (0, 8))
                 if self.read(heap, 4) != b"HEAP":
                     raise ValueError("no heap of names")
-                yield from self._entries(tree, self.number(heap + 24, 8), 0)
+                yield from self._entries(tree, self.number(heap + 24, 8))
             elif kind == LINK:
                 yield _hard_link(body)
             elif kind == LINK_INFO and _dense(body):
                 raise InputError("has its names in a heap; store at most 8 datasets in a file, or save it as CSV")
 
-    def _entries(self, node: int, names: int, depth: int) -> Iterator[tuple[str, int]]:
+    def _entries(self, tree: int, names: int) -> Iterator[tuple[str, int]]:
         """The entries of a tree of a group, with their ``names`` in the heap."""
-        if self.read(node, 4) == b"SNOD":
+        for _, node in self._leaves(tree, 0, 8):
+            if self.read(node, 4) != b"SNOD":
+                raise ValueError("no entries of a group")
             for k in range(self.number(node + 6, 2)):
                 entry = node + 8 + 40 * k
                 name = self._name(names + self.number(entry, 8))
                 if self.number(entry + 16, 4) == 2:
                     raise _link(name)
                 yield name, self.number(entry + 8, 8)
-            return
-        for child in self._children(node, 0, 8, depth):
-            yield from self._entries(child[1], names, depth + 1)
 
-    def _children(self, node: int, kind: int, key: int, depth: int) -> Iterator[tuple[bytes, int]]:
-        """Keys and addresses of the children of a node of a tree."""
+    def _leaves(self, node: int, kind: int, key: int, depth: int = 0) -> Iterator[tuple[bytes, int]]:
+        """Keys and addresses of what the nodes of a tree hold at its lowest level."""
         if self.read(node, 4) != b"TREE" or self.number(node + 4, 1) != kind or depth > DEEPEST:
             raise ValueError("no node of a tree")
+        lowest = self.number(node + 5, 1) == 0
         for k in range(self.number(node + 6, 2)):
             at = node + 24 + k * (key + 8)
-            yield self.read(at, key), self.number(at + key, 8)
+            own, child = self.read(at, key), self.number(at + key, 8)
+            if lowest:
+                yield own, child
+            else:
+                yield from self._leaves(child, kind, key, depth + 1)
 
     def _name(self, at: int) -> str:
         left = self.data[self.base + at : self.base + at + 256]
@@ -194,9 +198,8 @@ class File:
 
     def _message(self, at: int, second: bool) -> tuple[int, int, int]:
         """Kind, length and flags of a message."""
-        if second:
-            return self.number(at, 1), self.number(at + 1, 2), self.number(at + 3, 1)
-        return self.number(at, 2), self.number(at + 2, 2), self.number(at + 4, 1)
+        wide = 1 if second else 2
+        return self.number(at, wide), self.number(at + wide, 2), self.number(at + wide + 2, 1)
 
     def _attribute(self, body: bytes) -> dict[str, str]:
         """The name and text of an attribute, or the flag of an empty array of MATLAB; empty for any other."""
@@ -289,7 +292,7 @@ class File:
         if whole > width * MOST_VALUES:
             raise too_many()
         if tree != UNDEFINED:
-            for key, at in self._chunks(tree, 8 + 8 * rank, 0):
+            for key, at in self._leaves(tree, 1, 8 + 8 * rank):
                 begin = int.from_bytes(key[8 + 8 * along : 16 + 8 * along], "little")
                 packed = self.read(at, int.from_bytes(key[:4], "little"))
                 skipped = int.from_bytes(key[4:8], "little")
@@ -303,14 +306,6 @@ class File:
                 last = min(begin + len(row), max(shape))
                 found[begin * width : last * width] = row[: max(last - begin, 0)].tobytes()
         return bytes(found)
-
-    def _chunks(self, node: int, key: int, depth: int) -> Iterator[tuple[bytes, int]]:
-        """Keys and addresses of the chunks below a node."""
-        for own, child in self._children(node, 1, key, depth):
-            if self.number(node + 5, 1) == 0:
-                yield own, child
-            else:
-                yield from self._chunks(child, key, depth + 1)
 
 
 def _link(name: str) -> InputError:
