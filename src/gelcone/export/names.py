@@ -12,12 +12,13 @@ goto i386 if inline instance int linux long main mutable namespace new noexcept 
 protected public register requires restrict return short signed sizeof state static struct switch template this throw
 true try typedef typeid typename union unix unsigned using virtual void volatile while word xor"""
 """Words of C and C++, of compilers on some machines, and types of the sources."""
-SOURCES = """advance begin beyond bits_of code_of component count_bits crossing enter example fetch_add fmi2 fmi3 fmu
-free_component get_indicators get_rates get_reals get_states is_real is_truth is_whole law_of lowest_bit made math
-move_on n new_component of one_device outcome_of piece_now plausible point point_function prepare real_of refill
-reported restore run scale serve set_closed_numbers set_numbers set_reals set_states set_time set_value settle
-start_run stdbool stdint stdio stdlib step_function string test text until_corner v vacate value_of wasm wasm_get
-wasm_init wasm_set wasm_step words_of"""
+SOURCES = """advance begin beyond bits_of code_of component count_bits crossing discard ended enter example
+fetch_add fmi2 fmi3 fmu free_component get_indicators get_nominals get_rates get_reals get_states initialized
+is_real is_truth is_whole law_of lowest_bit made math move_on n new_component of of_bytes one_device
+outcome_of piece_now plausible point point_function prepare real_of refill refused reported restore run scale
+serve set_closed_numbers set_numbers set_reals set_states set_time set_value settle start_run stdbool stdint
+stdio stdlib step_function stepped store string test text to_bytes until_corner v vacate value_of wasm
+wasm_get wasm_init wasm_set wasm_step words_of"""
 """Names in the sources, also those with an underscore after the capital name; and files next to the device's."""
 MATHEMATICS = """acos acosh asin asinh atan atan2 atanh cbrt ceil copysign cos cosh erf erfc exp exp2 expm1 fabs fdim
 floor fma fmax fmin fmod frexp gamma hypot ilogb j0 j1 jn ldexp lgamma llrint llround log log10 log1p log2 logb lrint

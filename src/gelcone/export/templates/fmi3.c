@@ -14,7 +14,6 @@
 typedef void *Instance;
 typedef uint32_t Reference;
 typedef const char *String;
-typedef enum { Fmi3OK, Fmi3Warning, Fmi3Discard, Fmi3Error, Fmi3Fatal } Status;
 typedef enum { IntervalNotYetKnown, IntervalUnchanged, IntervalChanged } IntervalQualifier;
 typedef enum { Independent, Constant, Fixed, Tunable, Discrete, Dependent } DependencyKind;
 typedef void (*Logger)(void *, Status, String, String);
@@ -23,12 +22,11 @@ typedef void (*Callback)(void);
 #define DECLARED(type, name, arguments) EXPORTED type FMI(name) arguments; EXPORTED type FMI(name) arguments
 #define UNUSED(a) (void)(a)
 
-static Status reported(component *c, Status status, const char *text) {
-  Logger logger = (Logger)c->logger;
-  if (logger) logger(c->environment, status, "logStatusError", text);
+static Status reported(void *c, Status status, const char *text) {
+  const component *own = (const component *)c;
+  if (own->logger) ((Logger)own->logger)(own->environment, status, "logStatusError", text);
   return status;
 }
-static instance *of(Instance i) { return &((component *)i)->device; }
 static Instance made(String name, String token, void *environment, Logger logger, bool early) {
   component *c = new_component(name, token);
   if (c) {
@@ -44,7 +42,7 @@ static Instance made(String name, String token, void *environment, Logger logger
 DECLARED(String, fmi3GetVersion, (void)) { return "3.0"; }
 DECLARED(Status, fmi3SetDebugLogging, (Instance i, bool on, size_t n, const String names[])) {
   UNUSED(i); UNUSED(on); UNUSED(n); UNUSED(names);
-  return Fmi3OK;
+  return FmiOK;
 }
 DECLARED(Instance, fmi3InstantiateModelExchange, (String name, String token, String place, bool visible, bool logging,
                                                   void *environment, Logger logger)) {
@@ -68,15 +66,11 @@ DECLARED(void, fmi3FreeInstance, (Instance i)) { free_component((component *)i);
 DECLARED(Status, fmi3EnterInitializationMode, (Instance i, bool known, double tolerance, double start, bool ends,
                                                double stop)) {
   UNUSED(known); UNUSED(tolerance); UNUSED(ends); UNUSED(stop);
-  set_time(of(i), start);
-  return Fmi3OK;
+  return set_time(i, start);
 }
-DECLARED(Status, fmi3ExitInitializationMode, (Instance i)) {
-  settle(of(i));
-  return of(i)->s.outcome ? reported((component *)i, Fmi3Error, words_of((int)of(i)->s.outcome)) : Fmi3OK;
-}
-DECLARED(Status, fmi3Reset, (Instance i)) { begin(of(i)); return Fmi3OK; }
-#define NOTHING(name) DECLARED(Status, name, (Instance i)) { UNUSED(i); return Fmi3OK; }
+DECLARED(Status, fmi3ExitInitializationMode, (Instance i)) { return initialized(i); }
+DECLARED(Status, fmi3Reset, (Instance i)) { begin(of(i)); return FmiOK; }
+#define NOTHING(name) DECLARED(Status, name, (Instance i)) { UNUSED(i); return FmiOK; }
 NOTHING(fmi3EnterEventMode)
 NOTHING(fmi3Terminate)
 NOTHING(fmi3EnterConfigurationMode)
@@ -89,10 +83,10 @@ NOTHING(fmi3EnterStepMode)
 
 #define NO_GET(T, type) \
   DECLARED(Status, fmi3Get##T, (Instance i, const Reference vr[], size_t n, type value[], size_t m)) { \
-    UNUSED(i); UNUSED(vr); UNUSED(value); UNUSED(m); return n ? Fmi3Error : Fmi3OK; }
+    UNUSED(i); UNUSED(vr); UNUSED(value); UNUSED(m); return n ? FmiError : FmiOK; }
 #define NO_SET(T, type) \
   DECLARED(Status, fmi3Set##T, (Instance i, const Reference vr[], size_t n, const type value[], size_t m)) { \
-    UNUSED(i); UNUSED(vr); UNUSED(value); UNUSED(m); return n ? Fmi3Error : Fmi3OK; }
+    UNUSED(i); UNUSED(vr); UNUSED(value); UNUSED(m); return n ? FmiError : FmiOK; }
 #define NEITHER(T, type) NO_GET(T, type) NO_SET(T, type)
 NEITHER(Float32, float)
 NEITHER(Int8, int8_t)
@@ -113,119 +107,96 @@ DECLARED(Status, fmi3GetFloat64, (Instance i, const Reference vr[], size_t n, do
   for (k = 0; k < n; ++k) {
     if (vr[k] >= N_VARIABLES && vr[k] < N_VARIABLES + N_BORDERS)
       value[k] = point(of(i))[OUT_BORDER + vr[k] - N_VARIABLES].d + SHIFT;
-    else if (!get_reals(of(i), vr + k, 1, value + k)) return Fmi3Error;
+    else if (get_reals(i, vr + k, 1, value + k)) return FmiError;
   }
-  return Fmi3OK;
+  return FmiOK;
 }
 DECLARED(Status, fmi3SetFloat64, (Instance i, const Reference vr[], size_t n, const double value[], size_t m)) {
   UNUSED(m);
-  return set_reals(of(i), vr, n, value) ? Fmi3OK : reported((component *)i, Fmi3Error, words_of(-1));
+  return set_reals(i, vr, n, value);
 }
 DECLARED(Status, fmi3GetInt32, (Instance i, const Reference vr[], size_t n, int32_t value[], size_t m)) {
   size_t k;
   UNUSED(m);
   for (k = 0; k < n; ++k) {
-    if (!is_whole(vr[k])) return Fmi3Error;
+    if (!is_whole(vr[k])) return FmiError;
     value[k] = (int32_t)value_of(of(i), (int)vr[k]);
   }
-  return Fmi3OK;
+  return FmiOK;
 }
 DECLARED(Status, fmi3GetBoolean, (Instance i, const Reference vr[], size_t n, bool value[], size_t m)) {
   size_t k;
   UNUSED(m);
   for (k = 0; k < n; ++k) {
-    if (!is_truth(vr[k])) return Fmi3Error;
+    if (!is_truth(vr[k])) return FmiError;
     value[k] = value_of(of(i), (int)vr[k]) != 0.0;
   }
-  return Fmi3OK;
+  return FmiOK;
 }
 DECLARED(Status, fmi3GetBinary, (Instance i, const Reference vr[], size_t n, size_t sizes[], const uint8_t *value[],
                                  size_t m)) {
   UNUSED(i); UNUSED(vr); UNUSED(sizes); UNUSED(value); UNUSED(m);
-  return n ? Fmi3Error : Fmi3OK;
+  return n ? FmiError : FmiOK;
 }
 DECLARED(Status, fmi3SetBinary, (Instance i, const Reference vr[], size_t n, const size_t sizes[],
                                  const uint8_t *const value[], size_t m)) {
   UNUSED(i); UNUSED(vr); UNUSED(sizes); UNUSED(value); UNUSED(m);
-  return n ? Fmi3Error : Fmi3OK;
+  return n ? FmiError : FmiOK;
 }
 DECLARED(Status, fmi3GetClock, (Instance i, const Reference vr[], size_t n, bool value[])) {
   UNUSED(i); UNUSED(vr); UNUSED(value);
-  return n ? Fmi3Error : Fmi3OK;
+  return n ? FmiError : FmiOK;
 }
 DECLARED(Status, fmi3SetClock, (Instance i, const Reference vr[], size_t n, const bool value[])) {
   UNUSED(i); UNUSED(vr); UNUSED(value);
-  return n ? Fmi3Error : Fmi3OK;
+  return n ? FmiError : FmiOK;
 }
 DECLARED(Status, fmi3GetNumberOfVariableDependencies, (Instance i, Reference vr, size_t *n)) {
   UNUSED(i); UNUSED(vr); UNUSED(n);
-  return Fmi3Error;
+  return FmiError;
 }
 DECLARED(Status, fmi3GetVariableDependencies, (Instance i, Reference vr, size_t a[], Reference b[], size_t d[],
                                                DependencyKind k[], size_t n)) {
   UNUSED(i); UNUSED(vr); UNUSED(a); UNUSED(b); UNUSED(d); UNUSED(k); UNUSED(n);
-  return Fmi3Error;
+  return FmiError;
 }
-DECLARED(Status, fmi3GetFMUState, (Instance i, void **stored)) {
-  if (!*stored) *stored = malloc(sizeof(state));
-  if (!*stored) return Fmi3Error;
-  memcpy(*stored, &of(i)->s, sizeof(state));
-  return Fmi3OK;
-}
-DECLARED(Status, fmi3SetFMUState, (Instance i, void *stored)) {
-  if (!stored) return Fmi3Error;
-  restore(of(i), (const state *)stored);
-  return Fmi3OK;
-}
-DECLARED(Status, fmi3FreeFMUState, (Instance i, void **stored)) {
-  UNUSED(i);
-  free(*stored);
-  *stored = NULL;
-  return Fmi3OK;
-}
+DECLARED(Status, fmi3GetFMUState, (Instance i, void **stored)) { return store(&of(i)->s, stored); }
+DECLARED(Status, fmi3SetFMUState, (Instance i, void *stored)) { return restore(i, stored); }
+DECLARED(Status, fmi3FreeFMUState, (Instance i, void **stored)) { UNUSED(i); return discard(stored); }
 DECLARED(Status, fmi3SerializedFMUStateSize, (Instance i, void *stored, size_t *n)) {
   UNUSED(i); UNUSED(stored);
   *n = sizeof(state);
-  return Fmi3OK;
+  return FmiOK;
 }
 DECLARED(Status, fmi3SerializeFMUState, (Instance i, void *stored, uint8_t bytes[], size_t n)) {
   UNUSED(i);
-  if (!stored || n < sizeof(state)) return Fmi3Error;
-  memcpy(bytes, stored, sizeof(state));
-  return Fmi3OK;
+  return to_bytes(stored, bytes, n);
 }
 DECLARED(Status, fmi3DeserializeFMUState, (Instance i, const uint8_t bytes[], size_t n, void **stored)) {
-  state own;
-  if (n != sizeof own) return reported((component *)i, Fmi3Error, "a state of another size, of another model");
-  memcpy(&own, bytes, sizeof own);
-  if (!plausible(&own)) return reported((component *)i, Fmi3Error, "these bytes are not a state of this model");
-  if (!*stored) *stored = malloc(sizeof own);
-  if (!*stored) return Fmi3Error;
-  memcpy(*stored, &own, sizeof own);
-  return Fmi3OK;
+  return of_bytes(i, bytes, n, stored);
 }
 #define NO_DERIVATIVE(name) \
   DECLARED(Status, name, (Instance i, const Reference u[], size_t nu, const Reference k[], size_t nk, const double s[], \
                           size_t ns, double v[], size_t nv)) { \
     UNUSED(i); UNUSED(u); UNUSED(nu); UNUSED(k); UNUSED(nk); UNUSED(s); UNUSED(ns); UNUSED(v); UNUSED(nv); \
-    return Fmi3Error; }
+    return FmiError; }
 NO_DERIVATIVE(fmi3GetDirectionalDerivative)
 NO_DERIVATIVE(fmi3GetAdjointDerivative)
 DECLARED(Status, fmi3GetIntervalDecimal, (Instance i, const Reference vr[], size_t n, double v[], IntervalQualifier q[])) {
   UNUSED(i); UNUSED(vr); UNUSED(n); UNUSED(v); UNUSED(q);
-  return Fmi3Error;
+  return FmiError;
 }
 DECLARED(Status, fmi3GetIntervalFraction, (Instance i, const Reference vr[], size_t n, uint64_t a[], uint64_t b[],
                                            IntervalQualifier q[])) {
   UNUSED(i); UNUSED(vr); UNUSED(n); UNUSED(a); UNUSED(b); UNUSED(q);
-  return Fmi3Error;
+  return FmiError;
 }
 #define NO_DECIMAL(name, type) \
   DECLARED(Status, name, (Instance i, const Reference vr[], size_t n, type v[])) { \
-    UNUSED(i); UNUSED(vr); UNUSED(n); UNUSED(v); return Fmi3Error; }
+    UNUSED(i); UNUSED(vr); UNUSED(n); UNUSED(v); return FmiError; }
 #define NO_FRACTION(name, type) \
   DECLARED(Status, name, (Instance i, const Reference vr[], size_t n, type a[], type b[])) { \
-    UNUSED(i); UNUSED(vr); UNUSED(n); UNUSED(a); UNUSED(b); return Fmi3Error; }
+    UNUSED(i); UNUSED(vr); UNUSED(n); UNUSED(a); UNUSED(b); return FmiError; }
 NO_DECIMAL(fmi3GetShiftDecimal, double)
 NO_FRACTION(fmi3GetShiftFraction, uint64_t)
 NO_DECIMAL(fmi3SetIntervalDecimal, const double)
@@ -242,68 +213,43 @@ DECLARED(Status, fmi3UpdateDiscreteStates, (Instance i, bool *again, bool *termi
   *when = *next ? of(i)->s.time + until_corner(of(i)) : 0.0;
   settle(of(i));
   *terminate = of(i)->s.outcome != OK;
-  return Fmi3OK;
+  return FmiOK;
 }
 DECLARED(Status, fmi3CompletedIntegratorStep, (Instance i, bool no_set, bool *enter, bool *terminate)) {
   UNUSED(no_set);
-  if (!of(i)->s.outcome && beyond(of(i))) of(i)->s.outcome = STRETCH_LIMIT;
   *enter = false;
-  *terminate = of(i)->s.outcome != OK;
-  return Fmi3OK;
+  *terminate = ended(i);
+  return FmiOK;
 }
-DECLARED(Status, fmi3SetTime, (Instance i, double time)) { set_time(of(i), time); return Fmi3OK; }
-DECLARED(Status, fmi3SetContinuousStates, (Instance i, const double x[], size_t n)) {
-  if (n != N_STATES) return Fmi3Error;
-  set_states(of(i), x);
-  return Fmi3OK;
-}
-DECLARED(Status, fmi3GetContinuousStateDerivatives, (Instance i, double rate[], size_t n)) {
-  if (n != N_STATES) return Fmi3Error;
-  return get_rates(of(i), rate) ? Fmi3OK : Fmi3Discard;
-}
-DECLARED(Status, fmi3GetEventIndicators, (Instance i, double value[], size_t n)) {
-  if (n != N_BORDERS) return Fmi3Error;
-  get_indicators(of(i), value);
-  return Fmi3OK;
-}
-DECLARED(Status, fmi3GetContinuousStates, (Instance i, double x[], size_t n)) {
-  if (n != N_STATES) return Fmi3Error;
-  get_states(of(i), x);
-  return Fmi3OK;
-}
-DECLARED(Status, fmi3GetNominalsOfContinuousStates, (Instance i, double x[], size_t n)) {
-  int k;
-  if (n != N_STATES) return Fmi3Error;
-  for (k = 0; k < N_STATES; ++k) x[k] = scale(of(i), STATE_SCALE[k]);
-  return Fmi3OK;
-}
-DECLARED(Status, fmi3GetNumberOfEventIndicators, (Instance i, size_t *n)) { UNUSED(i); *n = N_BORDERS; return Fmi3OK; }
-DECLARED(Status, fmi3GetNumberOfContinuousStates, (Instance i, size_t *n)) { UNUSED(i); *n = N_STATES; return Fmi3OK; }
+DECLARED(Status, fmi3SetTime, (Instance i, double time)) { return set_time(i, time); }
+DECLARED(Status, fmi3SetContinuousStates, (Instance i, const double x[], size_t n)) { return set_states(i, x, n); }
+DECLARED(Status, fmi3GetContinuousStateDerivatives, (Instance i, double rate[], size_t n)) { return get_rates(i, rate, n); }
+DECLARED(Status, fmi3GetEventIndicators, (Instance i, double value[], size_t n)) { return get_indicators(i, value, n); }
+DECLARED(Status, fmi3GetContinuousStates, (Instance i, double x[], size_t n)) { return get_states(i, x, n); }
+DECLARED(Status, fmi3GetNominalsOfContinuousStates, (Instance i, double x[], size_t n)) { return get_nominals(i, x, n); }
+DECLARED(Status, fmi3GetNumberOfEventIndicators, (Instance i, size_t *n)) { UNUSED(i); *n = N_BORDERS; return FmiOK; }
+DECLARED(Status, fmi3GetNumberOfContinuousStates, (Instance i, size_t *n)) { UNUSED(i); *n = N_STATES; return FmiOK; }
 
 /* --- co-simulation ------------------------------------------------------------------------------------------------ */
 
 DECLARED(Status, fmi3GetOutputDerivatives, (Instance i, const Reference vr[], size_t n, const int32_t order[],
                                             double value[], size_t m)) {
   UNUSED(i); UNUSED(vr); UNUSED(n); UNUSED(order); UNUSED(value); UNUSED(m);
-  return Fmi3Error;
+  return FmiError;
 }
 DECLARED(Status, fmi3DoStep, (Instance i, double now, double size, bool no_set, bool *event, bool *terminate, bool *early,
                               double *last)) {
-  component *c = (component *)i;
-  int outcome;
+  int outcome = stepped(i, now, size);
   UNUSED(no_set);
   *event = *early = *terminate = false;
-  *last = now;
-  if (!(size >= 0.0 && size <= LARGEST && fabs(now) <= LARGEST)) return reported(c, Fmi3Error, words_of(-1));
-  if (!of(i)->s.outcome) of(i)->s.time = now;
-  outcome = move_on(of(i), size);
-  *last = of(i)->s.time;
-  if (!outcome) return Fmi3OK;
+  *last = outcome < 0 ? now : of(i)->s.time;
+  if (outcome < 0) return refused(i);
+  if (!outcome) return FmiOK;
   *terminate = true;
-  *early = c->early && *last < now + size;
-  return reported(c, Fmi3Warning, words_of(outcome));
+  *early = ((component *)i)->early && *last < now + size;
+  return reported(i, FmiWarning, words_of(outcome));
 }
 DECLARED(Status, fmi3ActivateModelPartition, (Instance i, Reference vr, double time)) {
   UNUSED(i); UNUSED(vr); UNUSED(time);
-  return Fmi3Error;
+  return FmiError;
 }
