@@ -12,7 +12,7 @@ import numpy as np
 from gelcone.devices.units import DIMENSIONS
 from gelcone.errors import InputError
 from gelcone.files import read_data
-from gelcone.lab.hdf5 import MOST_NAMES, MOST_VALUES, SIGNATURE, Vector, too_many, vectors_of
+from gelcone.lab.hdf5 import MOST_VALUES, SIGNATURE, Vector, gathered, vectors_of
 from gelcone.quantity import Array
 
 MATRIX, COMPRESSED, COMPLEX = 14, 15, 0x0800
@@ -35,7 +35,7 @@ def read_vectors(path: Path, remedy: str) -> dict[str, tuple[Array, str | None]]
     """
     data = read_data(path, remedy)
     try:
-        found = (vectors_of if SIGNATURE in data[:2056] else _matlab)(data)
+        found = vectors_of(data) if SIGNATURE in data[:2056] else gathered(_matlab(data))
     except InputError as error:
         raise InputError(f"{path.name}: {error}") from None
     except (ValueError, IndexError, struct.error, zlib.error):
@@ -56,25 +56,20 @@ def _unit_of(name: str, values: Array, unit: str) -> tuple[str, tuple[Array, str
     return (before, (values, after)) if before and after in UNITS else (name, (values, None))
 
 
-def _matlab(data: bytes) -> dict[str, Vector]:
-    """Read the vectors of numbers of a MATLAB file; `InputError` if there are too many.
+def _matlab(data: bytes) -> Iterator[tuple[str, Vector | None]]:
+    """Read the matrices of a MATLAB file: names, and vectors of numbers, None for other data.
 
     Its elements are read here, since `scipy.io.loadmat` ends the process at some damaged files.
     """
     order = {b"IM": "<", b"MI": ">"}.get(data[126:128])
     if order is None:
         raise ValueError("no MATLAB 5 file")
-    found: dict[str, Vector] = {}
     for kind, body in _elements(data[128:], order):
         if kind == COMPRESSED:
             unpacked = zlib.decompressobj().decompress(body, 8 * MOST_VALUES + 4096)
             (kind, body), *_ = _elements(unpacked, order)
         if kind == MATRIX:
-            found |= _vector(body, order)
-        total = sum(vector.values.size for vector in found.values())
-        if len(found) > MOST_NAMES or total > MOST_VALUES:
-            raise too_many()
-    return found
+            yield _vector(body, order)
 
 
 def _elements(data: bytes, order: str) -> Iterator[tuple[int, bytes]]:
@@ -92,18 +87,18 @@ def _elements(data: bytes, order: str) -> Iterator[tuple[int, bytes]]:
         at += 8 + (size if kind == COMPRESSED else -(-size // 8) * 8)
 
 
-def _vector(body: bytes, order: str) -> dict[str, Vector]:
-    """Name and content of a matrix that is a vector of real numbers; empty for other data."""
+def _vector(body: bytes, order: str) -> tuple[str, Vector | None]:
+    """Name and content of a matrix that is a vector of real numbers; None for other data."""
     parts = [element for _, element in zip(range(4), _elements(body, order), strict=False)]
     if len(parts) < 4:
-        return {}
+        return "", None
     (_, flags), (_, shape), (_, name), (kind, numbers) = parts
     (about,) = struct.unpack_from(f"{order}I", flags)
     if about & COMPLEX or about & 0xFF not in NUMERIC or kind not in STORED:
-        return {}
+        return "", None
     dims = np.frombuffer(shape, f"{order}i4").astype(float)
     stored = np.dtype(f"{order}{STORED[kind]}")
     values = np.frombuffer(numbers[: len(numbers) // stored.itemsize * stored.itemsize], stored)
     if values.size < 2 or dims.max() != values.size or dims.prod() != values.size:
-        return {}
-    return {name.decode("ascii"): Vector(values.astype(float), "")}
+        return "", None
+    return name.decode("ascii"), Vector(values.astype(float), "")

@@ -190,15 +190,23 @@ def refuse_kilovolts(table: Table, volts: Array) -> None:
         )
 
 
+SHORT = {"N": "mN", "m": "mm"}
+"""SI unit -> a usual unit of measured columns, for messages."""
+
+
+def without_unit(table: Table, role: str, name: str, unit: str) -> InputError:
+    """Make the error for a column without a unit."""
+    return InputError(
+        f'{table.file}, line 1: column "{name}" has no unit; write "{name} ({unit})", or name it in '
+        f'tests.toml: {role} = "{name}, {SHORT.get(unit, unit)}"'
+    )
+
+
 def _assumed_unit(table: Table, role: str, name: str, values: Array, notes: list[str]) -> str:
     """The unit of a column that states none: SI, of plausible voltages alone; forces and extensions are refused."""
     unit = _SI.get(role, "")
     if role in ("force", "extension"):
-        short = {"force": "mN", "extension": "mm"}[role]
-        raise InputError(
-            f'{table.file}, line 1: column "{name}" has no unit; write "{name} ({unit})", or name it in '
-            f'tests.toml: {role} = "{name}, {short}"'
-        )
+        raise without_unit(table, role, name, unit)
     if role == "voltage":
         refuse_kilovolts(table, values[np.isfinite(values)])
     if unit:

@@ -12,7 +12,7 @@ import numpy as np
 from gelcone.devices.units import DIMENSIONS, FieldError, parse, parse_share
 from gelcone.errors import InputError, check_name, check_names, check_path
 from gelcone.lab.bench import INSTRUMENTS, KINDS, DeviceTest, rows_read
-from gelcone.lab.coupons import refuse_kilovolts
+from gelcone.lab.coupons import SHORT, refuse_kilovolts, without_unit
 from gelcone.lab.measured import listed_tables, place_of
 from gelcone.lab.reading import Table, read_table, spelt_plainly
 from gelcone.physics.waveforms import MOST_PIECES
@@ -132,10 +132,10 @@ def _check_columns(where: str, kind: str, entry: Mapping[str, Any], numbers: Map
     readings = () if set(readings) == set(KINDS[kind].read) and any(name in numbers for name in readings) else readings
     lacking = [name for name in (*KINDS[kind].set, *readings) if name not in numbers]
     if left and lacking:
-        unit = {"N": "mN", "m": "mm"}.get(_units(kind)[lacking[0]], _units(kind)[lacking[0]])
+        unit = _units(kind)[lacking[0]]
         raise InputError(
             f"{where}: which column of {table.file} is {lacking[0]}? not used yet: {', '.join(left)[:80]}; "
-            f'name it, {lacking[0]} = "{left[0][:40]}, {unit}"'
+            f'name it, {lacking[0]} = "{left[0][:40]}, {SHORT.get(unit, unit)}"'
         )
 
 
@@ -235,9 +235,11 @@ def _column(where: str, name: str, unit: str, given: str | None, table: Table) -
         raise InputError(f"{table.file}: column {own!r} has cells without numbers; complete or leave out their rows")
     written = table.unit_of(own, stated)
     if written is None:
-        _refuse_bare(table, name, own, unit, column.values)
+        if unit == "V":
+            refuse_kilovolts(table, column.values)
+        raise without_unit(table, name, own, unit)
     powers = {unit: 0} if unit in _OWN_UNITS else DIMENSIONS[unit].powers
-    if written is None or written not in powers:
+    if written not in powers:
         raise InputError(
             f"{table.file}, line 1: column {own!r}: {written!r} is not a unit of {name}; write it in {unit}"
         )
@@ -255,16 +257,6 @@ def _named(where: str, name: str, given: Any, table: Table) -> tuple[str | None,
         return None, None
     given = given.removeprefix("-")
     return table.named(given, f"{where}: {name} = {given!r}: ")
-
-
-def _refuse_bare(table: Table, name: str, own: str, unit: str, values: Array) -> None:
-    if unit == "V":
-        refuse_kilovolts(table, values)
-    short = {"N": "mN", "m": "mm", "V": "V"}.get(unit, unit)
-    raise InputError(
-        f'{table.file}, line 1: column "{own}" has no unit; write "{own} ({unit})", or name it in tests.toml: '
-        f'{name} = "{own}, {short}"'
-    )
 
 
 FIRST_TESTS = """\

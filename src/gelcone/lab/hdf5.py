@@ -8,7 +8,7 @@ line.
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -50,14 +50,6 @@ class Vector(NamedTuple):
     unit: str
 
 
-class Datatype(NamedTuple):
-    """A stored type: its class ``kind``, its ``size`` in bytes, and its ``number`` type, None for other data."""
-
-    kind: int
-    size: int
-    number: np.dtype[Any] | None
-
-
 def vectors_of(data: bytes) -> dict[str, Vector]:
     """Read the vectors of numbers among the datasets of the root of a file, by name.
 
@@ -65,15 +57,16 @@ def vectors_of(data: bytes) -> dict[str, Vector]:
     `IndexError` or `zlib.error` for a damaged file.
     """
     file = File(data)
+    return gathered((name, file.vector(name, address)) for name, address in file.links(file.root))
+
+
+def gathered(vectors: Iterable[tuple[str, Vector | None]]) -> dict[str, Vector]:
+    """Gather the vectors of a file by name, without other data; `InputError` once they are too many."""
     found: dict[str, Vector] = {}
-    total = 0
-    for name, address in file.links(file.root):
-        vector = file.vector(name, address)
-        if vector is None:
-            continue
-        found[name] = vector
-        total += vector.values.size
-        if len(found) > MOST_NAMES or total > MOST_VALUES:
+    for name, vector in vectors:
+        if vector is not None:
+            found[name] = vector
+        if len(found) > MOST_NAMES or sum(own.values.size for own in found.values()) > MOST_VALUES:
             raise too_many()
     return found
 
@@ -256,17 +249,17 @@ class File:
             return None
         if not {LAYOUT, TYPE, SPACE} <= set(parts) or texts.get("MATLAB_class", "") in WORDS:
             return None
-        of, shape = _datatype(parts[TYPE]), _shape(parts[SPACE])
-        if of.kind == COMPOUND:
+        number, shape = _datatype(parts[TYPE]), _shape(parts[SPACE])
+        if parts[TYPE][0] & 15 == COMPOUND:
             raise InputError(f"{name!r} has a compound type; store each column as a dataset of its own")
         size = int(np.prod(np.array(shape, dtype=object)))
-        if of.number is None or size < 2 or size != max(shape):
+        if number is None or size < 2 or size != max(shape):
             return None
         if size > MOST_VALUES:
             raise too_many()
-        content = self._content(name, parts, of.number.itemsize, shape)
+        content = self._content(name, parts, number.itemsize, shape)
         with np.errstate(invalid="ignore"):  # a damaged NaN
-            values = np.frombuffer(content, of.number, size).astype(float)
+            values = np.frombuffer(content, number, size).astype(float)
         return Vector(values, next((texts[key] for key in UNITS if key in texts), ""))
 
     def _content(self, name: str, parts: Mapping[int, bytes], width: int, shape: list[int]) -> bytes:
@@ -333,15 +326,16 @@ def _dense(body: bytes) -> bool:
     return int.from_bytes(body[at : at + 8], "little") != UNDEFINED
 
 
-def _datatype(body: bytes) -> Datatype:
+def _datatype(body: bytes) -> np.dtype[Any] | None:
+    """The type of stored numbers; None for other data."""
     kind, size = body[0] & 15, int.from_bytes(body[4:8], "little")
     order = ">" if body[1] & 1 else "<"
     whole = int.from_bytes(body[10:12], "little") == 8 * size and not body[1] & 0x40
     if kind == 0 and size in (1, 2, 4, 8) and whole:
-        return Datatype(kind, size, np.dtype(f"{order}{'i' if body[1] & 8 else 'u'}{size}"))
+        return np.dtype(f"{order}{'i' if body[1] & 8 else 'u'}{size}")
     if kind == 1 and IEEE.get(size) == (body[13], body[15]) and whole:
-        return Datatype(kind, size, np.dtype(f"{order}f{size}"))
-    return Datatype(kind, size, None)
+        return np.dtype(f"{order}f{size}")
+    return None
 
 
 def _shape(body: bytes) -> list[int]:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -74,12 +73,7 @@ class Tabulated:
             rows.append(branch_stresses(test, self.grid, flow))
             counted(0.4 / len(tests))
         self.spline: Any = CubicSpline(np.log(self.grid), np.concatenate(rows, axis=1)) if self.grid.size else None
-
-    @cached_property
-    def slopes(self) -> Any:
-        """The derivative of the spline."""
-        assert self.spline is not None
-        return self.spline.derivative()
+        self.slopes: Any = None if self.spline is None else self.spline.derivative()
 
     @property
     def farthest(self) -> float:
