@@ -125,29 +125,23 @@ def command(setting: Setting, wanted: Wanted, device: str) -> str:
 def lines(setting: Setting, wanted: Wanted, device: str) -> str:
     """The Python lines that save the same netCDF; ``device`` as in `command`."""
     analysis, name = wanted.analysis, wanted.analysis.name
-    text = ["import gelcone", ""]
-    arguments: dict[str, str] = {}
     if setting.preset is None:
         values = f".replace({dict(setting.values)!r})" if setting.values else ""
-        text += [f"device = gelcone.find_device({device!r}){values}", "model = device.to_model()"]
-        arguments["initial"] = "device.initial_state()"
-        saved = "gelcone.to_si(result, device)"
+        text = ["import gelcone", "", f"device = gelcone.find_device({device!r}){values}", "model = device.to_model()"]
+        initial, saved = "device.initial_state()", "gelcone.to_si(result, device)"
     else:
-        own = {n: v for n, v in setting.values.items() if n not in ("displacement", "velocity")}
+        own = {n: v for n, v in setting.values.items() if n not in STATES}
         values = ", ".join(f"{n}={_plain(v)}" for n, v in own.items())
-        text += [
-            f'preset = gelcone.presets.find_preset("{setting.preset}")',
+        text = [
+            "import gelcone\nimport gelcone.presets", "", f'preset = gelcone.presets.find_preset("{setting.preset}")',
             "model = preset.model" + (f".replace({values})" if own else ""),
-        ]
-        arguments["initial"] = f"({typed(setting)['initial']})" if "initial" in typed(setting) else "preset.initial"
+        ]  # fmt: skip
+        initial = f"({typed(setting)['initial']})" if "initial" in typed(setting) else "preset.initial"
         saved = "result"
-        text[0] = "import gelcone\nimport gelcone.presets"
-    known = inspect.signature(analysis.call).parameters
     first = "device" if setting.preset is None and analysis.planned else "model"
-    if first == "device":
-        del arguments["initial"]
+    begins = first == "model" and "initial" in inspect.signature(analysis.call).parameters
     text += _swept(setting, wanted)
-    passed = [f"{n}={value}" for n, value in arguments.items() if n in known]
+    passed = [f"initial={initial}"] if begins else []
     passed += [f"{n}={value:.15g}" for n, value in wanted.options.items()]
     given = {"map": ["over"], "bifurcation": ["parameter", "values"]}.get(name, [])
     text.append(f"result = gelcone.{name}({', '.join([first, *given, *passed])})")
