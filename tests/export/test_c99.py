@@ -14,6 +14,7 @@ import pytest
 
 from gelcone.export import c99
 from gelcone.export.compiler import find_compiler
+from gelcone.export.sources import _template
 from tests.export.instance import STRICT
 
 compiles = pytest.mark.skipif(find_compiler() is None, reason="there is no C compiler here")
@@ -49,7 +50,7 @@ def both(text, folder):
     """The function by LLVM and by C: each takes and gives an array of bits."""
     pairs = c99.translate(text, {"own": "translated"})
     bodies = "\n".join(body for _, body in pairs)
-    parts = [WORD, STATE, c99.PRELUDE, c99.helpers(bodies), *(head for head, _ in pairs), bodies]
+    parts = [WORD, STATE, _template("prelude.c"), c99.helpers(bodies), *(head for head, _ in pairs), bodies]
     (folder / "own.c").write_text("\n".join([*parts, "void called(word *in, word *out) { translated(in, out); }\n"]))
     command = [
         *find_compiler(),
@@ -203,7 +204,7 @@ def test_what_changes_the_numbers_does_not_compile(flags, tmp_path):
     """A compiler that computes as it likes, and numbers that are rounded later than they are used."""
     end = "int used(instance *m, word *w, function f) { state s = *m; (void)f; return (int)(w->i + s.z[0].i); }\n"
     for own, works in (([], True), (flags, False)):
-        text = WORD + STATE + c99.PRELUDE
+        text = WORD + STATE + _template("prelude.c")
         (tmp_path / "own.c").write_text(text.replace("#include <float.h>\n", "") + end)
         done = subprocess.run([*find_compiler(), *STRICT, *own, "-c", "own.c", "-o", "own.o"], cwd=tmp_path,
                               capture_output=True, text=True, check=False)  # fmt: skip

@@ -225,7 +225,13 @@ def _rate_unit(unit: str) -> str:
 def sources(exported: Exported) -> dict[str, str]:
     """Write the header and the source: file name -> text."""
     name, program, title = exported.name, exported.program, in_comment(exported.device.name)
-    lines = [c99.PRELUDE, *_tables(exported), *_translated(exported), _template("core.c"), _template("device.c")]
+    lines = [
+        _template("prelude.c"),
+        *_tables(exported),
+        *_translated(exported),
+        _template("core.c"),
+        _template("device.c"),
+    ]
     source = f'/* {title}, exported by gelcone {__version__}: see {name}.h. */\n#include "{name}.h"\n\n'
     n = program.sizes
     values = {
