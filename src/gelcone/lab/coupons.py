@@ -133,7 +133,7 @@ def roles_of(table: Table, named: Mapping[str, str]) -> dict[str, tuple[Column, 
         found[role] = table.columns[own], table.unit_of(own, stated)
     taken = {column.name for column, _ in found.values()}
     for name, column in table.columns.items():
-        known = _role(name)
+        known = next((role for role, names in ROLES.items() if spelt_plainly(name) in names), None)
         if name not in taken and known is not None:
             if known in found and known not in named:
                 raise InputError(
@@ -142,10 +142,6 @@ def roles_of(table: Table, named: Mapping[str, str]) -> dict[str, tuple[Column, 
                 )
             found.setdefault(known, (column, column.unit))
     return found
-
-
-def _role(name: str) -> str | None:
-    return next((role for role, known in ROLES.items() if spelt_plainly(name) in known), None)
 
 
 def in_si(table: Table, role: str, column: Column, unit: str | None, notes: list[str]) -> Array:
@@ -229,7 +225,6 @@ def spectra_of(table: Table, named: Mapping[str, str]) -> list[Spectrum]:
     for name, rows in _groups(table, roles):
         keep = rows[np.isfinite(numbers["frequency"][rows]) & np.isfinite(numbers["permittivity"][rows])]
         order = keep[np.argsort(numbers["frequency"][keep])]
-        temperature = numbers.get("temperature", np.full(len(table.lines), np.nan))[rows]
         eps = numbers["permittivity"][order]
         if order.size and (eps < 1.0).any():
             raise InputError(
@@ -241,7 +236,7 @@ def spectra_of(table: Table, named: Mapping[str, str]) -> list[Spectrum]:
                 table.file,
                 numbers["frequency"][order],
                 eps,
-                _one(temperature, np.arange(rows.size), np.nan),
+                _one(numbers.get("temperature"), rows, np.nan),
                 (*table.notes, *notes),
             )
         )

@@ -27,8 +27,7 @@ LONGEST_WORD = 60
 REMEDY = "give a CSV file with a header such as stretch,stress (kPa)"
 NOT_READ = {
     ".tdms": "TDMS is not read; export CSV (TDMS has a viewer that does) with units in the header",
-    ".uff": "UFF is not read; export CSV with units in the header",
-    ".unv": "UFF is not read; export CSV with units in the header",
+    **dict.fromkeys((".uff", ".unv"), "UFF is not read; export CSV with units in the header"),
     ".xls": "Excel files are not read; save the sheet as CSV (UTF-8) with units in the header",
     ".xlsx": "Excel files are not read; save the sheet as CSV (UTF-8) with units in the header",
     ".nc": "netCDF is not read here; export CSV with units in the header",

@@ -7,7 +7,7 @@ the relaxation time alone, so that a fit integrates each test once over a grid o
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from functools import cache, partial
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -196,12 +196,6 @@ def _pieces(history: tuple[Array, Array]) -> Iterator[tuple[float, float, float,
             begin = k
 
 
-@cache
-def _grid(shortest: float, longest: float) -> Array:
-    count = int(np.ceil(PER_DECADE * np.log10(longest / shortest))) + 1
-    return np.geomspace(shortest, longest, max(count, 4))
-
-
 def relaxation_grid(tests: list[Coupon]) -> Array:
     """Relaxation times that tests can distinguish, evenly spaced in their logarithm, from a thirtieth of the shortest
     step to a hundred times the longest test."""
@@ -209,4 +203,6 @@ def relaxation_grid(tests: list[Coupon]) -> Array:
     if not timed:
         return np.empty(0)
     steps = [float(np.median(np.diff(np.unique(times)))) for times in timed]
-    return _grid(min(steps) / 30.0, 100.0 * max(float(times[-1]) for times in timed))
+    shortest, longest = min(steps) / 30.0, 100.0 * max(float(times[-1]) for times in timed)
+    count = int(np.ceil(PER_DECADE * np.log10(longest / shortest))) + 1
+    return np.geomspace(shortest, longest, max(count, 4))

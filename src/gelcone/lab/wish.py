@@ -231,17 +231,16 @@ def _is_size(key: str, value: Any) -> bool:
     return key == "footprint" and value is not None and not str(value).strip().startswith(("<", ">"))
 
 
+_EXAMPLES = {"m": "5 mm", "N": "50 mN", "V": "2 kV", "W": "5 mVA", "A": "0.1 mA", "Hz": "10 Hz"}
+
+
 def _requirement(name: str, value: Any) -> Requirement:
     text = str(value).strip()
     sign = text[:2]
     if sign not in (">=", "<="):
-        raise InputError(f'{name} = {text[:60]!r}: must be a bound, such as {name} = ">= {_example(name)}"')
+        raise InputError(f'{name} = {text[:60]!r}: must be a bound, such as {name} = ">= {_EXAMPLES[MEASURES[name]]}"')
     bound = parse(name, text[2:].strip().replace("VA", "W"), MEASURES[name], above=0.0)
     return Requirement(name, sign == ">=", bound)
-
-
-def _example(name: str) -> str:
-    return {"m": "5 mm", "N": "50 mN", "V": "2 kV", "W": "5 mVA", "A": "0.1 mA", "Hz": "10 Hz"}[MEASURES[name]]
 
 
 def _bounds(free: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
