@@ -6,7 +6,7 @@ grouping and by any worker, with the same result to the last bit.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -243,25 +243,31 @@ class Plan:
 
     def at(self, values: Mapping[str, Array]) -> tuple[ConeModel, Array]:
         """Models and initial states, shape (cells, 2) or (cells, N), at given values of the swept names."""
-        count = len(next(iter(values.values())))
         if self.device is not None:
             return device_at(self.device, values, self.initial)
-        states = np.tile(np.asarray(self.initial, dtype=float), (count, 1))
-        for column, name in enumerate(STATES):
-            if name in values:
-                states[:, column] = values[name]
-        own = [*STATES, *self._own_states]
-        parameters = {name: v for name, v in values.items() if name not in own}
-        model = self.cone.replace(**parameters) if parameters else self.cone
-        if not model.shape:
-            model = model.replace(damping_ratio=np.full(count, model.damping_ratio))
-        if swept := [name for name in self._own_states if name in values]:
-            whole = model.members().start_states(states[:, :2])
-            whole[:, : states.shape[1]] = states
-            for name in swept:
-                whole[:, own.index(name)] = values[name]
-            states = whole
-        return model, states
+        return model_at(self.cone, values, self.initial)
+
+
+def model_at(model: ConeModel, values: Mapping[str, Array], initial: Sequence[float] | None) -> tuple[ConeModel, Array]:
+    """Models and initial states, (cells, 2) or (cells, N), at ``values`` of parameters and states, (cells,) each."""
+    count = len(next(iter(values.values())))
+    states = np.tile(np.asarray(initial, dtype=float), (count, 1))
+    for column, name in enumerate(STATES):
+        if name in values:
+            states[:, column] = values[name]
+    own = [*STATES, *(state.name for state in model.system.states[len(STATES) :])]
+    parameters = {name: v for name, v in values.items() if name not in own}
+    if parameters:
+        model = model.replace(**parameters)
+    if not model.shape:
+        model = model.replace(damping_ratio=np.full(count, model.damping_ratio))
+    if swept := [name for name in own[len(STATES) :] if name in values]:
+        whole = model.members().start_states(states[:, :2])
+        whole[:, : states.shape[1]] = states
+        for name in swept:
+            whole[:, own.index(name)] = values[name]
+        states = whole
+    return model, states
 
 
 def about(plan: Plan, name: str) -> dict[str, str]:

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.analyses.request import Subject, read_subject
+from gelcone.atlas.plan import model_at
 from gelcone.codes import Outcome
 from gelcone.devices.device import Device
 from gelcone.devices.scales import MEASURES
@@ -141,15 +142,8 @@ def cells_of(subject: Subject, axes: Mapping[str, Any]) -> Cells:
 
 def _of_model(subject: Subject, axes: Mapping[str, list[str]]) -> Cells:
     values = {name: np.array([float(text) for text in texts]) for name, texts in axes.items()}
-    count = len(next(iter(values.values())))
-    states = np.tile(np.asarray(subject.initial, dtype=float), (count, 1))
-    for column, name in enumerate(("displacement", "velocity")):
-        if name in values:
-            states[:, column] = values.pop(name)
-    model = subject.model.replace(**values) if values else subject.model
-    if not model.shape:
-        model = model.replace(damping_ratio=np.full(count, model.damping_ratio))
-    return Cells(model.members(), start_states(model, states), *np.ones((3, count)))
+    model, states = model_at(subject.model, values, subject.initial)
+    return Cells(model.members(), start_states(model, states), *np.ones((3, len(states))))
 
 
 def _of_device(device: Device, axes: Mapping[str, list[str]]) -> Cells:
