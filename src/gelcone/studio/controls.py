@@ -157,12 +157,8 @@ def _of_device(device: Device) -> list[Control]:
 
 def _shown_anyway(device: Device) -> dict[str, Any]:
     """Fields shown even if unset, with the values that then apply."""
-    height = device.initial_state()[0] * device.scales.length
-    strength = device.material.dielectric_strength
-    unset: dict[str, Any] = {"release_height": height}
-    if strength is not None:
-        unset["dielectric_strength"] = strength
-    return unset
+    height, strength = device.initial_state()[0] * device.scales.length, device.material.dielectric_strength
+    return {"release_height": height} | ({} if strength is None else {"dielectric_strength": strength})
 
 
 def _of_second(device: Device) -> dict[str, Any]:

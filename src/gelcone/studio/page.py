@@ -7,7 +7,7 @@ import logging
 import time
 from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import asynccontextmanager, suppress
+from contextlib import asynccontextmanager, nullcontext, suppress
 from functools import partial
 from typing import Any
 
@@ -232,12 +232,14 @@ class Page:
         if request["stands"]:
             return await self._make_membrane(request)
         model = subject.model
-        has_pull_in = equilibria.PULL_INS.has(model)
-        has_static = "statics" in request["panels"] and equilibria.STATICS.has(model)
-        if has_pull_in:
-            await self._add("numbers", request, equilibria.margins, subject)
-        if has_static:
-            await self._add("statics", request, equilibria.statics, subject)
+        answers: list[tuple[str, equilibria.Answers[Any], Callable[..., look.Parts], Callable[..., Any]]]
+        answers = [("numbers", equilibria.PULL_INS, equilibria.margins, find_pull_in)]
+        if "statics" in request["panels"]:
+            answers.append(("statics", equilibria.STATICS, equilibria.statics, find_static))
+        left = [own for own in answers if not own[1].has(model)]
+        for name, stored, show, _ in answers:
+            if stored.has(model):
+                await self._add(name, request, show, subject)
         await asyncio.sleep(RESTED_SECONDS)
         if kind.run is not None:
             await self._add("numbers", request, settled.electrical, subject, kind.run)
@@ -245,7 +247,10 @@ class Page:
             if not await self._rests_there(work, source, request, kind):
                 self.first.give(request["side"], request)
                 return
-            await self._find_static(work, source, request, subject, (has_pull_in, has_static))
+            for name, stored, show, find in left:
+                with suppress(InputError) if name == "numbers" else nullcontext():
+                    stored.keep(model, await work.do(find, source))
+                    await self._add(name, request, show, subject)
             await self._send_profiles(request, model, work, source)
             if missing:
                 for key, curve in zip(missing, await work.do(find_curves, source, missing), strict=True):
@@ -301,18 +306,6 @@ class Page:
             return True
         moved = self.shelf.confirm(request["setting"], await work.do(find_rests, source, list(guesses)))
         return moved <= SAME_REST and not (moved > 0.0 and kind.words["regime"] in WANDERING)
-
-    async def _find_static(
-        self, work: Work, source: Source, request: dict[str, Any], subject: Subject, stored: tuple[bool, bool]
-    ) -> None:
-        """Computes pull-in, and the equilibria if they are shown, unless they are stored."""
-        if not stored[0]:
-            with suppress(InputError):
-                equilibria.PULL_INS.keep(subject.model, await work.do(find_pull_in, source))
-                await self._add("numbers", request, equilibria.margins, subject)
-        if "statics" in request["panels"] and not stored[1]:
-            equilibria.STATICS.keep(subject.model, await work.do(find_static, source))
-            await self._add("statics", request, equilibria.statics, subject)
 
     async def _computed(self, slot: Slot, compute: Callable[[], Any]) -> Any:
         """The result of ``compute``, run in a thread under the slot's watch; `InputError` beyond its time limit."""
