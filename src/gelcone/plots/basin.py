@@ -7,15 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gelcone.codes import Regime
-from gelcone.plots.map import mark_cells, marks
-from gelcone.plots.regime import (
-    REGIME_COLOURS,
-    cell_legend,
-    edges,
-    invalid_cells,
-    invalid_legend,
-    regime_cells,
-)
+from gelcone.plots.map import borders_of, mark_cells, marks
+from gelcone.plots.map import legend as cell_legend
+from gelcone.plots.regime import REGIME_COLOURS, regime_cells
 from gelcone.plots.style import shade, styled
 from gelcone.words import attractor_in_words
 
@@ -34,7 +28,8 @@ OTHERS = "#FFFFFF"
 
 def basin_figure(cells: xr.Dataset) -> Figure:
     """The attractor of each initial state, with its regime, period, extent and share of the grid."""
-    cells = cells.transpose(*_axes(cells), ...)
+    order = {"displacement": -2, "velocity": -1}  # then other states
+    cells = cells.transpose(*sorted(cells["attractor"].dims, key=lambda name: order.get(str(name), 0)), ...)
     handles = legend(cells)
 
     def draw(figure: Figure) -> None:
@@ -45,20 +40,11 @@ def basin_figure(cells: xr.Dataset) -> Figure:
     return styled(6.2, max(3.4, 0.6 + 0.36 * len(handles)), draw, cells)
 
 
-def _axes(cells: xr.Dataset) -> tuple[str, str]:
-    """The two states that are varied: displacement first, then velocity, then others."""
-    order = {"displacement": -2, "velocity": -1}
-    x, y = sorted(map(str, cells["attractor"].dims), key=lambda name: order.get(name, 0))
-    return x, y
-
-
 def attractor_map(cells: xr.Dataset, axes: Axes) -> None:
     """Cells in the colour of their attractor, or of their regime where they have none; failed ones hatched."""
     from matplotlib.colors import BoundaryNorm, ListedColormap
 
-    x, y = _axes(cells)
-    regime = marks(cells)[0]
-    borders = edges(cells[x]), edges(cells[y])
+    regime, borders = marks(cells)[0], borders_of(cells)
     regime_cells(axes, *borders, regime)
     number = cells["attractor"].values.T
     colours = attractor_colours(cells)
@@ -92,7 +78,5 @@ def legend(cells: xr.Dataset) -> list[Artist]:
         share = float(cells["attractor_share"][MOST_ATTRACTORS:].sum())
         label = f"{count - MOST_ATTRACTORS} more attractors: {100.0 * share:.3g} %"
         handles.append(Patch(facecolor=OTHERS, edgecolor="black", lw=0.5, label=label))
-    regime, failed, flagged = marks(cells)
-    unsettled = np.where(regime == Regime.TRANSIENT, regime, -1)
-    handles += cell_legend(unsettled, failed, flagged & (regime != Regime.TRANSIENT), cells["outcome"])
-    return handles + invalid_legend(invalid_cells(cells, *_axes(cells)[::-1]), failed)
+    unsettled = cells["regime"].where(cells["regime"] == Regime.TRANSIENT, -1)
+    return handles + cell_legend(cells.assign(regime=unsettled), marks(cells)[0] != Regime.TRANSIENT)

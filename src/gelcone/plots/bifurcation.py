@@ -224,7 +224,7 @@ def regime_strip(diagram: xr.Dataset, axes: Axes) -> None:
     axes.set_yticks(rows, [str(b) for b in diagram["branch"].values])
     axes.set_ylim(rows[-1] + 0.5, -0.5)
     axes.tick_params(axis="y", length=0.0)
-    coordinate_axis(axes, diagram, name, "bottom")
+    coordinate_axis(axes.xaxis, diagram, name)
 
 
 def marks(diagram: xr.Dataset) -> tuple[Any, Any, Any]:

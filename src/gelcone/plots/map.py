@@ -63,10 +63,7 @@ def map_figure(cells: xr.Dataset, lines: Lines | None = None, colour: str = "exp
         right.set_ylabel("")
         for axes in (left, right):
             overlay(lines or {}, axes)
-        regime, failed, flagged = marks(cells)
-        handles = cell_legend(regime, failed, flagged, cells["outcome"])
-        handles += invalid_legend(invalid_cells(cells, *reversed(axes_names(cells))), failed)
-        handles += right.get_legend_handles_labels()[0]
+        handles = legend(cells) + right.get_legend_handles_labels()[0]
         if "status" in cells and not cells["status"].all():
             handles.append(Patch(facecolor="white", edgecolor=GREY, lw=0.6, label="not computed yet"))
         right.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.0, 1.0))
@@ -89,16 +86,39 @@ def marks(cells: xr.Dataset) -> tuple[Any, Any, Any]:
     return turned["regime"].values, failed, (turned["doubtful"].values > 0) & ~failed
 
 
+def legend(cells: xr.Dataset, settled: Any = True) -> list[Any]:
+    """Handles of the regimes and marks that occur: doubt about what has ``settled`` alone."""
+    regime, failed, flagged = marks(cells)
+    handles = cell_legend(regime, failed, flagged & settled, cells["outcome"])
+    return handles + invalid_legend(invalid_cells(cells, *reversed(axes_names(cells))), failed)
+
+
+def borders_of(cells: xr.Dataset) -> tuple[Array, Array]:
+    """Borders of the cells along x and y."""
+    x, y = axes_names(cells)
+    return edges(cells[x]), edges(cells[y])
+
+
 def mark_cells(cells: xr.Dataset, axes: Axes, shown: Any = True) -> None:
     """Greys cells where the model does not hold, hatches failed ones, dots doubtful ones that are ``shown``; names the
     axes."""
-    x, y = axes_names(cells)
-    borders = edges(cells[x]), edges(cells[y])
+    (x, y), borders = axes_names(cells), borders_of(cells)
     _, failed, flagged = marks(cells)
     mark_invalid(axes, *borders, invalid_cells(cells, y, x))
     mark_failed(axes, *borders, failed)
     mark_flagged(axes, *borders, flagged & shown)
-    label_axes(axes, cells)
+    axes.set_xlim(borders[0][0], borders[0][-1])
+    axes.set_ylim(borders[1][0], borders[1][-1])
+    coordinate_axis(axes.xaxis, cells, x)
+    coordinate_axis(axes.yaxis, cells, y)
+
+
+def coloured(cells: xr.Dataset, values: xr.DataArray, axes: Axes, colours: Any, norm: Any) -> QuadMesh:
+    """Cells in the colour of a number, with their marks."""
+    number = values.transpose(*reversed(axes_names(cells))).values
+    mesh = axes.pcolormesh(*borders_of(cells), number, cmap=colours, norm=norm, rasterized=True)
+    mark_cells(cells, axes)
+    return mesh
 
 
 def exponent_map(cells: xr.Dataset, axes: Axes) -> QuadMesh:
@@ -112,15 +132,10 @@ def exponent_map(cells: xr.Dataset, axes: Axes) -> QuadMesh:
 
     # without the darkest ends, so that marks and lines stay visible
     colours = ListedColormap(colormaps["RdBu_r"](np.linspace(0.1, 0.9, 256)))
-    x, y = axes_names(cells)
-    exponent = cells["lyapunov"].isel(exponent=0).transpose(y, x).values
-    bound = np.abs(exponent[np.isfinite(exponent)]).max(initial=0.0) or 1.0
-    norm = FuncNorm((signed_root, signed_square), -bound, bound)
-    borders = edges(cells[x]), edges(cells[y])
-    mesh = axes.pcolormesh(*borders, exponent, cmap=colours, norm=norm, rasterized=True)
-    mark_cells(cells, axes)
+    exponent = cells["lyapunov"].isel(exponent=0)
+    bound = largest(exponent) or 1.0
     axes.set_title(f"largest exponent ({rate_unit(cells['lyapunov'])})", loc="left")
-    return mesh
+    return coloured(cells, exponent, axes, colours, FuncNorm((signed_root, signed_square), -bound, bound))
 
 
 _TITLES = {"power": "mean power of the source", "margin": "margin to pull-in at constant voltage"}
@@ -131,17 +146,17 @@ def number_map(cells: xr.Dataset, values: xr.DataArray, title: str, axes: Axes) 
     by its square root, as it grows with the square of the stroke."""
     from matplotlib.colors import Normalize, PowerNorm
 
-    x, y = axes_names(cells)
-    number = values.transpose(y, x).values
-    borders = edges(cells[x]), edges(cells[y])
-    most = np.abs(number[np.isfinite(number)]).max(initial=0.0)
-    signed = bool((number < 0.0).any())
+    most, signed = largest(values), bool((values < 0.0).any())
     root = values.attrs.get("quantity") == "power" and not signed
     norm = PowerNorm(0.5, 0.0, most) if root else Normalize(-most if signed else 0.0, most)
-    mesh = axes.pcolormesh(*borders, number, cmap="RdBu" if signed else "viridis", norm=norm, rasterized=True)
-    mark_cells(cells, axes)
+    mesh = coloured(cells, values, axes, "RdBu" if signed else "viridis", norm)
     axes.figure.colorbar(mesh, ax=axes, pad=0.02)
     axes.set_title(axis_label(values, title), loc="left")
+
+
+def largest(values: xr.DataArray) -> float:
+    """The largest absolute value; 0 without any."""
+    return float(np.abs(values.values[np.isfinite(values.values)]).max(initial=0.0))
 
 
 def signed_root(values: Any) -> Any:
@@ -172,9 +187,8 @@ def exponent_bar(mesh: QuadMesh, axes: Axes, figure: Figure) -> None:
 
 def regime_map(cells: xr.Dataset, axes: Axes) -> None:
     """Regimes; failed cells hatched, doubtful ones dotted unless their colour already means not settled."""
-    x, y = axes_names(cells)
     regime = marks(cells)[0]
-    regime_cells(axes, edges(cells[x]), edges(cells[y]), regime)
+    regime_cells(axes, *borders_of(cells), regime)
     mark_cells(cells, axes, regime != Regime.TRANSIENT)
     axes.set_title("regime", loc="left")
 
@@ -186,12 +200,3 @@ def overlay(lines: Lines, axes: Axes) -> None:
     for i, (label, (x, y)) in enumerate(lines.items()):
         rim = [Stroke(linewidth=2.6, foreground="white"), Normal()]
         axes.plot(x, y, color="black", lw=1.2, ls=LINE_STYLES[i % len(LINE_STYLES)], label=label, path_effects=rim)
-
-
-def label_axes(axes: Axes, cells: xr.Dataset) -> None:
-    """Names both axes, and sets limits at the borders of the outer cells."""
-    x, y = axes_names(cells)
-    axes.set_xlim(*edges(cells[x])[[0, -1]])
-    axes.set_ylim(*edges(cells[y])[[0, -1]])
-    coordinate_axis(axes, cells, x, "bottom")
-    coordinate_axis(axes, cells, y, "left")

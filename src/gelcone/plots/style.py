@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from gelcone.files import write_whole
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
 # Okabe and Ito's palette (2008), which stays distinct for all common kinds of colour blindness.
@@ -148,8 +149,7 @@ def log_ticks(axes: Axes) -> None:
     axes.xaxis.set_minor_formatter(NullFormatter())
 
 
-def coordinate_axis(axes: Axes, result: xr.Dataset, name: str, side: Literal["bottom", "left"]) -> None:
+def coordinate_axis(axis: Axis, result: xr.Dataset, name: str) -> None:
     """Labels an axis with a swept coordinate, if the result has it."""
     if name in result.coords:
-        label = axis_label(result[name], name)
-        (axes.set_xlabel if side == "bottom" else axes.set_ylabel)(label)
+        axis.set_label_text(axis_label(result[name], name))

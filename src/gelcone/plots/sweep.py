@@ -52,7 +52,7 @@ def _curve(result: xr.Dataset, axes: Axes) -> None:
     axes.plot(result[name], result["probability"], color=BLUE, marker="o", ms=2.5, lw=1.2, label="share of the draws")
     axes.set_ylim(-0.03, 1.03)
     axes.set_ylabel(str(result["probability"].attrs["long_name"]))
-    coordinate_axis(axes, result, name, "bottom")
+    coordinate_axis(axes.xaxis, result, name)
     axes.legend(loc="best")
 
 
@@ -108,7 +108,7 @@ def sweep_figure(result: xr.Dataset) -> Figure:
             place = result[along].values if along in result.coords else np.arange(result.sizes[along])
             axes.plot(place, values, color=BLUE, ls="-" if values.shape[1] == 1 else "", marker=".", ms=2.5, lw=1.0)
             axes.set_ylabel(axis_label(result[name], name))
-        coordinate_axis(panels[-1], result, along, "bottom")
+        coordinate_axis(panels[-1].xaxis, result, along)
 
     return styled(5.6, 0.8 + 1.5 * len(names), draw)
 
@@ -140,7 +140,7 @@ def _by_gel(shown: dict[str, xr.DataArray], result: xr.Dataset) -> Figure:
                 own = values.sel({gels: gel})
                 axes.plot(result[others[0]], own, color=CYCLE[k % len(CYCLE)], marker=".", ms=3.0, label=str(gel))
         if others:
-            coordinate_axis(panels[-1], result, others[0], "bottom")
+            coordinate_axis(panels[-1].xaxis, result, others[0])
             panels[0].legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
     return styled(5.6, 0.8 + 1.3 * len(shown), draw, result)
@@ -182,8 +182,7 @@ def _is_code(name: str, variable: xr.DataArray) -> bool:
 
 def _slices(result: xr.Dataset, values: xr.DataArray) -> Figure:
     """Maps over the first two axes at up to `WIDEST` values of the third: of the regime, or else of a number."""
-    from gelcone.plots.map import regime_map
-    from gelcone.plots.regime import cell_legend, invalid_cells, invalid_legend
+    from gelcone.plots.map import legend, regime_map
 
     x, y, third = map(str, result["status"].dims)
     picks = evenly(result.sizes[third], WIDEST)
@@ -207,11 +206,7 @@ def _slices(result: xr.Dataset, values: xr.DataArray) -> Figure:
             axes.remove()
         if "regime" in result:
             shown = result.isel({third: picks}).stack(flat=(y, third)).transpose("flat", x, ...)
-            failed = shown["outcome"].values > 0
-            doubtful = (shown["doubtful"].values > 0) & ~failed
-            handles = cell_legend(shown["regime"].values, failed, doubtful, shown["outcome"])
-            handles += invalid_legend(invalid_cells(shown, "flat", x), failed)
-            figure.legend(handles=handles, loc="outside right upper")
+            figure.legend(handles=legend(shown), loc="outside right upper")
 
     return styled(7.2, 0.5 + 2.2 * rows, draw, result, some if picks.size < result.sizes[third] else "")
 

@@ -68,7 +68,7 @@ def _along(found: xr.Dataset, name: str, figure: Figure) -> None:
     lower.set_ylim(-0.03, 1.03)
     lower.set_ylabel("probability")
     lower.legend(loc="best")
-    coordinate_axis(lower, found, name, "bottom")
+    coordinate_axis(lower.xaxis, found, name)
 
 
 def _bars(axes: Axes, names: npt.ArrayLike, ends: npt.ArrayLike, colour: str, height: float = 0.6) -> None:
