@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gelcone.plots.profile import cone_profile, fields, profile_figure
+from gelcone.plots.profile import cone_profile, fields, films_of, profile_figure
 from tests.plots.made_up import blank, data_of, line, result
 
 RINGS = ("ring_radius", "ring_height", "true_field", "meridional_stretch", "hoop_stretch")
@@ -28,7 +28,7 @@ def profile():
 
 def test_films_of_a_double_cone_meet_at_the_disc():
     axes = blank()
-    cone_profile(profile(), [(0, 0)], "", axes.figure, axes)
+    cone_profile(films_of(profile()), [(0, 0)], axes)
     pieces = [np.array(c.get_segments()) for c in axes.collections]
     right = [own[0] for own in pieces if own[0][0][0] > 0.0]
     np.testing.assert_array_equal(right[0], [[8.0, 5.0], [30.0, 0.0]])
@@ -38,23 +38,23 @@ def test_films_of_a_double_cone_meet_at_the_disc():
 
 def test_the_strength_is_the_largest_field_over_its_share():
     axes = blank()
-    fields(profile(), [(0, 0)], "", axes)
+    fields(profile(), [(0, 0)], axes)
     (dotted,) = (one for one in axes.lines if one.get_linestyle() == ":")
     assert dotted.get_ydata()[0] == 25.0
     assert dotted.get_label() == "dielectric strength"
     blind = profile()
     blind["breakdown_share"][:] = np.nan  # the strength is not known
-    fields(blind, [(0, 0)], "", axes := blank())
+    fields(blind, [(0, 0)], axes := blank())
     assert not [one for one in axes.lines if one.get_linestyle() == ":"]
 
 
 def test_wrinkles_are_named_where_a_film_has_some():
     for prefix in ("", "second_"):
         found = profile()
-        cone_profile(found, [(0, 0)], "", (smooth := blank()).figure, smooth)
+        cone_profile(films_of(found), [(0, 0)], smooth := blank())
         assert smooth.get_legend() is None
         found[f"{prefix}wrinkle_excess"][..., 1] = 0.2
-        cone_profile(found, [(0, 0)], "", (rough := blank()).figure, rough)
+        cone_profile(films_of(found), [(0, 0)], rough := blank())
         assert [text.get_text() for text in rough.get_legend().get_texts()] == ["wrinkled"]
 
 

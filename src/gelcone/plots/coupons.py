@@ -28,9 +28,8 @@ def coupon_figure(result: xr.Dataset) -> Figure:
             draw_test(result, k, axes)
         for axes in panels[len(shown) :]:
             axes.set_visible(False)
-        for k, axes in enumerate(panels):
-            if k % columns == 0:
-                axes.set_ylabel("stress (kPa)")
+        for axes in panels[::columns]:
+            axes.set_ylabel("stress (kPa)")
         handles, labels = panels[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
         law, count = result.attrs["chosen_law"], result.attrs["chosen_branches"]

@@ -7,17 +7,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.amounts import measured, time_unit
-from gelcone.plots.step import opacities
-from gelcone.plots.style import BLUE, CYCLE, GREY, VERMILION, axis_label, name_faint, say, styled
-from gelcone.words import evenly
+from gelcone.plots.step import mark_equilibrium, voltages
+from gelcone.plots.style import BLUE, GREY, VERMILION, axis_label, name_faint, say, styled
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-SHOWN = 6
-"""Most voltages drawn."""
 
 
 def creep_figure(result: xr.Dataset) -> Figure:
@@ -27,26 +23,21 @@ def creep_figure(result: xr.Dataset) -> Figure:
 
     def draw(figure: Figure) -> None:
         axes: Any = figure.subplot_mosaic([["place", "curve"], ["margin", "curve"]], width_ratios=[1.15, 1.0])
-        picks, opacity = evenly(result.sizes["constant_voltage"], SHOWN), opacities(result)
-        for k, pick in enumerate(picks):
-            one, colour = result.isel(constant_voltage=int(pick)), CYCLE[k % len(CYCLE)]
-            look = {"color": colour, "alpha": opacity[pick]}
-            time = one["time"].values[1:] / size
-            name = measured(one["constant_voltage"])
+        time = result["time"].values[1:] / size
+        for one, look in voltages(result):
             axes["place"].plot(time, one["displacement"].values[1:], **look)
-            axes["margin"].plot(time, 100.0 * one["margin"].values[1:], **look, label=name)
-            if np.isfinite(one["equilibrium_displacement"]):
-                axes["place"].axhline(float(one["equilibrium_displacement"]), color=colour, lw=0.6, ls="--", alpha=0.7)
+            axes["margin"].plot(time, 100.0 * one["margin"].values[1:], **look, label=measured(one["constant_voltage"]))
+            mark_equilibrium(one, axes["place"], look["color"])
             if np.isfinite(one["pull_in_time"]) and float(one["pull_in_time"]) > 0.0:
                 for name in ("place", "margin"):
-                    axes[name].axvline(float(one["pull_in_time"]) / size, color=colour, lw=0.8, ls=":")
+                    axes[name].axvline(float(one["pull_in_time"]) / size, color=look["color"], lw=0.8, ls=":")
         for name in ("place", "margin"):
             axes[name].set_xscale("log")
             axes[name].set_xlim(time[0], time[-1])
         axes["place"].set_ylabel(axis_label(result["displacement"], "displacement"))
         axes["place"].set_title("dashed: equilibrium; dotted: pull-in", loc="left", fontsize=8.0)
         axes["margin"].set_ylim(bottom=0.0)
-        name_faint(axes["margin"], opacity[picks] < 1.0)
+        name_faint(axes["margin"], [look["alpha"] < 1.0 for _, look in voltages(result)])
         axes["margin"].legend(loc="best")
         axes["margin"].set_ylabel("margin (% of the voltage)")
         axes["margin"].set_xlabel(f"holding time{_bracketed(unit)}")

@@ -47,20 +47,13 @@ def _over(result: xr.Dataset, on: xr.Dataset) -> Figure:
     panels = [axes for axes in figure.axes if axes.get_label() != "<colorbar>"]
     for axes in panels:
         limits = axes.get_xlim(), axes.get_ylim()
-        curves(result, axes, across, outlined=True)
+        drawn = curves(result, axes, across, outlined=True)
         axes.set(xlim=limits[0], ylim=limits[1])
     named = dict(zip(*panels[0].get_legend_handles_labels()[::-1], strict=True))
-    own = {label: handle for label, handle in named.items() if label in _labels(result)}
+    own = {label: handle for label, handle in named.items() if label in drawn}
     figure.set_figheight(figure.get_figheight() + 0.3)
     figure.legend(own.values(), own.keys(), loc="outside lower center", ncols=3, fontsize=8.0, frameon=False)
     return figure
-
-
-def _labels(result: xr.Dataset) -> set[str]:
-    """The legend labels that `curves` can use."""
-    periods = {f"{result.attrs['event']}, period {int(period)}" for period in result["period"].values}
-    kinds = {event_label(result["event_kind"][e]) for e in range(result.sizes["event"])}
-    return periods | kinds | {BELOW}
 
 
 def _axes_of(result: xr.Dataset, on: xr.Dataset) -> tuple[str, str]:
@@ -85,8 +78,8 @@ def names_of(result: xr.Dataset) -> tuple[str, str]:
     return one, other
 
 
-def curves(result: xr.Dataset, axes: Axes, across: str | None = None, *, outlined: bool = False) -> None:
-    """The curves of a locus on any axes, with the parameter ``across`` along x (default: the first).
+def curves(result: xr.Dataset, axes: Axes, across: str | None = None, *, outlined: bool = False) -> set[str]:
+    """Draws the curves of a locus, and returns their labels; the parameter ``across`` is along x (default: the first).
 
     Colours show the period. Lines are solid where the new branch exists above the first parameter's value, and dashed
     where below; folds are solid. Markers are points of codimension two. ``outlined`` adds a white rim, for coloured
@@ -119,3 +112,4 @@ def curves(result: xr.Dataset, axes: Axes, across: str | None = None, *, outline
         named.add(kind)
     if (result["curvature"].values < 0.0).any():
         axes.plot([], [], color=GREY, lw=0.9, ls=DASHED, label=BELOW)
+    return named | {BELOW}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -34,9 +34,10 @@ def response_figure(response: xr.Dataset) -> Figure:
     Spans in which the model does not hold, or the film is slack, are marked between the two. A run that ended early is
     drawn to a little after its end.
     """
-    if len(members(response)) > 1:
+    (_, run), *others = members(response)
+    if others:
         return ensemble_figure(response)
-    response = up_to_end(response)
+    response = up_to_end(run)
     failing = failings(response)
     heights = [1.8, 0.1 * len(failing), 0.8] if failing else [1.8, 0.8]
 
@@ -68,10 +69,7 @@ def ensemble_figure(response: xr.Dataset) -> Figure:
             row[0].plot(member["time"], member["displacement"], color=colour, lw=0.8)
             row[0].set_title(f"{name}{failure_note(member)}", loc="left", fontsize=7.5, pad=2.0)
             row[0].margins(x=0)
-            x, u = member["displacement"].values, member["velocity"].values
-            settled = len(x) // 2
-            row[1].plot(x[: settled + 1], u[: settled + 1], color=colour, alpha=0.35, lw=0.4)
-            row[1].plot(x[settled:], u[settled:], color=colour, lw=0.8)
+            halves(member, row[1], colour, colour, 0.4, 0.8)
         middle = grid[len(lines) // 2]
         middle[0].set_ylabel(axis_label(response["displacement"], "displacement"))
         middle[1].set_ylabel(axis_label(response["velocity"], "velocity"))
@@ -118,10 +116,9 @@ def failings(response: xr.Dataset) -> dict[str, np.ndarray]:
 
 
 def time_response(response: xr.Dataset, axes: Axes) -> None:
-    """Displacement over time."""
-    for colour, (name, member) in zip(CYCLE, members(response), strict=False):
-        axes.plot(member["time"], member["displacement"], color=colour, label=name)
-    if response["outcome"].ndim == 0 and int(response["outcome"]):
+    """Displacement of a single run over time."""
+    axes.plot(response["time"], response["displacement"], color=BLUE)
+    if int(response["outcome"]):
         mark_end(response, axes)
     name_axes(axes, response["time"], response["displacement"])
     axes.margins(x=0)
@@ -148,47 +145,38 @@ def validity_strip(response: xr.Dataset, axes: Axes) -> None:
     time = response["time"].values
     ran = np.isfinite(response["displacement"].values)
     rows = failings(response)
+    look: dict[str, Any] = {"va": "center", "fontsize": 6.5, "color": GREY}
+    look |= {"xycoords": ("axes fraction", "data"), "textcoords": "offset points"}
     for row, (words, when) in enumerate(rows.items()):
         axes.fill_between(time, row, row + 0.6, where=when, step="mid", color=GREY, lw=0.0)
-        label = axes.annotate(
-            words, (0.0, row + 0.3), (-4.0, 0.0), ("axes fraction", "data"), "offset points", ha="right", va="center"
-        )
-        share = axes.annotate(
-            f"{when[ran].mean():.0%}",
-            (1.0, row + 0.3),
-            (4.0, 0.0),
-            ("axes fraction", "data"),
-            "offset points",
-            va="center",
-        )
-        for text in (label, share):
-            text.set(fontsize=6.5, color=GREY)
-        # the axis labels above and below already provide the room
-        label.set_in_layout(False)
+        label = axes.annotate(words, (0.0, row + 0.3), (-4.0, 0.0), ha="right", **look)
+        label.set_in_layout(False)  # the axis labels above and below already provide the room
+        axes.annotate(f"{when[ran].mean():.0%}", (1.0, row + 0.3), (4.0, 0.0), **look)
     axes.set_ylim(len(rows), -0.4)
     axes.axis("off")
 
 
 def voltages(response: xr.Dataset, axes: Axes) -> None:
-    """Voltage on the film over time, that on the second film dashed; the commanded ones grey where they are others."""
-    lines = members(response)
-    for colour, (_, member) in zip(CYCLE if len(lines) > 1 else (VERMILION,), lines, strict=False):
-        for film, style, width in (("", "-", 1.0), ("second_", "--", 0.8)):
-            drive, own = f"{film}drive_voltage", f"{film}film_voltage"
-            if own in member:
-                axes.plot(member["time"], member[drive], color=GREY, ls=style, lw=0.6)
-            if drive in member:
-                axes.plot(member["time"], member.get(own, member[drive]), color=colour, ls=style, lw=width)
+    """Voltage on the film of a single run, that on the second film dashed; the commanded ones grey where they are
+    others."""
+    for film, style, width in (("", "-", 1.0), ("second_", "--", 0.8)):
+        drive, own = f"{film}drive_voltage", f"{film}film_voltage"
+        if own in response:
+            axes.plot(response["time"], response[drive], color=GREY, ls=style, lw=0.6)
+        if drive in response:
+            axes.plot(response["time"], response.get(own, response[drive]), color=VERMILION, ls=style, lw=width)
     name_axes(axes, response["time"], response["drive_voltage"], y="voltage")
 
 
 def phase_portrait(response: xr.Dataset, axes: Axes) -> None:
-    """Velocity over displacement, with the first half of the run faint."""
-    lines = members(response)
-    for colour, (_, member) in zip(CYCLE, lines, strict=False):
-        x, u = member["displacement"].values, member["velocity"].values
-        settled = len(x) // 2
-        faint = GREY if colour == BLUE and len(lines) == 1 else colour
-        axes.plot(x[: settled + 1], u[: settled + 1], color=faint, alpha=0.35, lw=0.5)
-        axes.plot(x[settled:], u[settled:], color=colour, lw=0.9)
+    """Velocity over displacement of a single run, with its first half faint."""
+    halves(response, axes, GREY, BLUE, 0.5, 0.9)
     name_axes(axes, response["displacement"], response["velocity"])
+
+
+def halves(run: xr.Dataset, axes: Axes, faint: str, colour: str, thin: float, wide: float) -> None:
+    """Velocity over displacement: the first half of a run faint and thin, the second in full."""
+    x, u = run["displacement"].values, run["velocity"].values
+    settled = len(x) // 2
+    axes.plot(x[: settled + 1], u[: settled + 1], color=faint, alpha=0.35, lw=thin)
+    axes.plot(x[settled:], u[settled:], color=colour, lw=wide)

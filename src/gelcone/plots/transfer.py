@@ -42,7 +42,6 @@ def transfer_figure(result: xr.Dataset) -> Figure:
         ):
             axes[row, column].set_ylabel(axis_label(result[name], words))
         for own in axes[1]:
-            own.set_xscale("log")
             log_ticks(own)
             if frequency.size > 1:
                 own.set_xlim(float(frequency.min()), float(frequency.max()))
