@@ -170,15 +170,13 @@ def _fitted(film: Film, free: float, states: list[_State], ends: list[tuple[floa
     s, squared, stiffness, kind, share = (values[inside] for values in (s, squared, stiffness, kind, share))
     relative = 1.0 / (np.abs(stiffness) + 0.3 * squared + 0.02)
     weights = np.array(WEIGHTS)[kind] * relative
-    parts = {name: _powers(variable, s, DEGREES[name]) for name in ("rest", "field", "fold", "field_squared")}
-    parts["field"] = parts["field"] * squared[:, None]
-    parts["fold"] = parts["fold"] * (1.0 - np.sqrt(1.0 - share) - 0.5 * share)[:, None]
-    parts["field_squared"] = parts["field_squared"] * squared[:, None] ** 2
+    bend = 1.0 - np.sqrt(1.0 - share) - 0.5 * share
+    factors = {"rest": np.ones_like(s), "field": squared, "fold": bend, "field_squared": squared**2}
     flat_stiffness, flat_gain = _flat(film)
     base = flat_stiffness + squared * (1.0 - flat_gain)
     # zero at t = -1: an error there would open spurious instability tongues
     rise = 1.0 + _powers(variable, s, 2)[:, 1:]
-    parts = {name: part * rise for name, part in parts.items()}
+    parts = {name: _powers(variable, s, DEGREES[name]) * own[:, None] * rise for name, own in factors.items()}
     smooth = np.concatenate(list(parts.values()), axis=1)
 
     def fit(wall: float) -> tuple[Array, Array]:

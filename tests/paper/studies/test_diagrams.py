@@ -41,7 +41,7 @@ def test_every_set_has_a_panel_for_every_parameter():
 def test_rest_is_lost_statically_at_the_root_of_the_stiffness():
     kappa = float(find_preset("base").model.spring_stiffness)
     model = find_preset("base").model.replace(voltage=np.array([0.1, 0.99 * kappa**0.5, 1.01 * kappa**0.5]))
-    found = rest_stability(model, ("voltage",))
+    found = rest_stability(model.members(), ("voltage",), model.shape)
     dims, stiffness, attrs = found["static_stiffness"]
     np.testing.assert_allclose(stiffness, kappa - model.voltage**2)
     assert (dims, attrs["quantity"]) == (("voltage",), "stiffness")
@@ -79,9 +79,9 @@ def test_a_panel_asks_for_its_voltage_its_effort_and_over_the_voltage_of_the_pap
         asked.update(members=members, states=states, window=window)
         return np.stack([members.values[parameter], -members.values[parameter]], axis=1), None
 
-    def theory(ensemble, dims):
-        asked.update(dims=dims, ensemble=ensemble)
-        return {"rest_growth": (dims, 2.0 * ensemble.values[parameter])}
+    def theory(members, dims, shape):
+        asked.update(dims=dims, shape=shape)
+        return {"rest_growth": (dims, 2.0 * members.values[parameter])}
 
     monkeypatch.setattr(module, "bifurcation", bifurcation)
     monkeypatch.setattr(module, "finite_exponents", finite)
@@ -101,6 +101,7 @@ def test_a_panel_asks_for_its_voltage_its_effort_and_over_the_voltage_of_the_pap
     np.testing.assert_array_equal(asked["states"][:, :2], np.broadcast_to(preset.initial, (values.size, 2)))
     np.testing.assert_array_equal(found["finite"], np.stack([values, -values], axis=1))
     assert (asked["window"], asked["dims"], found.attrs["window"]) == (40.0, (parameter,), 40.0)
+    assert asked["shape"] == values.shape
     np.testing.assert_array_equal(found["rest_growth"], 2.0 * values)
     if parameter == "voltage":
         assert found["doubling"].values.tolist() == [0.77]

@@ -100,19 +100,15 @@ def corrected(effort: Effort, progress: Progress) -> xr.Dataset:
         rows, errors = _thresholds(effort, progress)
     except MissingDependency as error:
         return _missing(base, error)
-    pairs = {
-        "cone": ([row.cone for row in rows], "threshold in the homogeneous cone"),
-        "corrected": ([row.corrected for row in rows], "threshold with the continuum film"),
-    }
+    names, cone, corrected, lost = zip(*rows, strict=True)
     ends = ("threshold", "end")
     numbers: dict[str, dataset.Variable] = {
-        name: (ends, np.array(values), meaning, "voltage") for name, (values, meaning) in pairs.items()
+        "cone": (ends, cone, "threshold in the homogeneous cone", "voltage"),
+        "corrected": (ends, corrected, "threshold with the continuum film", "voltage"),
+        "lost": (ends[:1], lost, "voltage at which the continuum film has no state any more", "voltage"),
     }
-    lost = np.array([row.lost for row in rows])
-    numbers["lost"] = (ends[:1], lost, "voltage at which the continuum film has no state any more", "voltage")
     result = dataset.label(base, numbers, options={}, title=CORRECTED)
-    names = json.dumps([row.name for row in rows])
-    return result.assign_attrs(preset="base", threshold_names=names, fit_errors=json.dumps(errors))
+    return result.assign_attrs(preset="base", threshold_names=json.dumps(names), fit_errors=json.dumps(errors))
 
 
 def _thresholds(effort: Effort, progress: Progress) -> tuple[list[Threshold], dict[str, float]]:

@@ -18,7 +18,7 @@ from gelcone.paper.effort import Effort
 from gelcone.paper.films import WRINKLING
 from gelcone.paper.studies.cascade import cascade
 from gelcone.paper.studies.study import OF_MOTION, Progress, Study
-from gelcone.physics.model import ConeModel
+from gelcone.physics.members import Members
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
@@ -35,9 +35,6 @@ PANELS: dict[tuple[str, str], float] = {
     ("fast", "stretch_limit"): 1.005,
 }
 """Parameter set and swept parameter -> voltage of the panel (reconstructed; unused if the voltage is swept)."""
-
-
-FINITE = ("Lyapunov exponents over the window from the start", "rate")
 
 
 def values_of(preset: str, parameter: str, effort: Effort) -> Array:
@@ -78,22 +75,27 @@ def diagram(preset_name: str, parameter: str, effort: Effort, progress: Progress
         patience=effort.patience,
         progress=progress,
     )
-    ensemble, states = Plan(model, {parameter: values}, preset.initial).at({parameter: values})
-    members = ensemble.members()
-    finite, _ = finite_exponents(members, complete(members, states), effort.window, {})
-    result["finite"] = (parameter, "exponent"), finite, attributes(*FINITE)
+    result = result.assign(over_plan(Plan(model, {parameter: values}, preset.initial), effort))
     followed = attached_branches(result)
     if followed is not None:
         result = result.assign(cascade(model, followed))
-    return result.assign(rest_stability(ensemble, (parameter,))).assign_attrs(preset=preset_name, window=effort.window)
+    return result.assign_attrs(preset=preset_name, window=effort.window)
 
 
-def rest_stability(ensemble: ConeModel, dims: tuple[str, ...]) -> dict[str, Any]:
+def over_plan(plan: Plan, effort: Effort) -> dict[str, Any]:
+    """Exponents ``finite`` of every cell over the window from the start, and the stability of its rest."""
+    model, states = plan.at(plan.grid)
+    members = model.members()
+    values, _ = finite_exponents(members, complete(members, states), effort.window, {})
+    about = attributes("Lyapunov exponents over the window from the start", "rate")
+    finite = (*plan.over, "exponent"), values.reshape((*plan.shape, -1)), about
+    return {"finite": finite} | rest_stability(members, tuple(plan.over), plan.shape)
+
+
+def rest_stability(members: Members, dims: tuple[str, ...], shape: tuple[int, ...]) -> dict[str, Any]:
     """Stability of rest at every value by theory: growth rate under the drive, and stiffness at the peak voltage."""
-    shape = ensemble.shape
-    flat = ensemble.members()
-    growth = floquet_multipliers(flat)["growth_rate"].values.reshape(shape)
-    static = np.asarray(flat.stiffness(np.zeros(flat.size), flat.voltage)).reshape(shape)
+    growth = floquet_multipliers(members)["growth_rate"].values.reshape(shape)
+    static = np.asarray(members.stiffness(np.zeros(members.size), members.voltage)).reshape(shape)
     table: Table = {
         "rest_growth": (growth, "growth rate of deviations from rest under the drive", "rate"),
         "static_stiffness": (static, "small-signal stiffness of rest at the peak voltage", "stiffness"),

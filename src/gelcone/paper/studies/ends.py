@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gelcone.dataset import attributes
+from gelcone.dataset import Table, columns
 from gelcone.paper.effort import Effort
 from gelcone.paper.sampling import observed
 from gelcone.paper.studies.study import Progress, Study
@@ -86,14 +86,13 @@ def ends(effort: Effort, progress: Progress) -> xr.Dataset:
         parts.append(_observed(model.replace(voltage=VOLTAGES, **added), preset.initial, effort))
         progress(1.0 / len(every))
     result = xr.concat(parts, "case", join="exact", combine_attrs="override", coords="minimal", compat="override")
-    columns = {
+    table: Table = {
         "series_resistance": ([case.resistance for case in every], "series resistance, 0 without", "parameter"),
         "viscous_modulus_1": ([case.modulus for case in every], "modulus of the branch, 0 without", "parameter"),
         "relaxation_time_1": ([case.time for case in every], "relaxation time of the branch, 0 without", "parameter"),
         "counted": ([COUNTED.get(case, math.nan) for case in every], "positive exponents, counted before", "count"),
     }
-    described = {name: ("case", np.array(values), attributes(*of)) for name, (values, *of) in columns.items()}
-    return result.assign(described).assign_attrs(preset="base", window=effort.window)
+    return result.assign(columns("case", table)).assign_attrs(preset="base", window=effort.window)
 
 
 def _observed(model: ConeModel, initial: tuple[float, float], effort: Effort) -> xr.Dataset:

@@ -9,11 +9,8 @@ import numpy as np
 
 from gelcone.atlas.plan import Plan
 from gelcone.atlas.sweep import sweep
-from gelcone.dataset import attributes
-from gelcone.motion.lyapunov import finite_exponents
-from gelcone.motion.start import complete
 from gelcone.paper.effort import Effort
-from gelcone.paper.studies.diagrams import FINITE, rest_stability
+from gelcone.paper.studies.diagrams import over_plan
 from gelcone.paper.studies.samples import MODES
 from gelcone.paper.studies.study import Progress, Study
 
@@ -35,17 +32,10 @@ def plane(mode: str, effort: Effort, progress: Progress) -> xr.Dataset:
     plan = Plan(preset.model.replace(prestretch_mode=mode), over, preset.initial, options={"patience": effort.patience})
     result = sweep(plan, keep=["section"], progress=lambda share: progress(0.9 * share))
     result = result.drop_vars(["status", "source"]).assign_attrs(title="parameter map")
-    model, states = plan.at(plan.grid)
-    members = model.members()
-    finite, _ = finite_exponents(members, complete(members, states), effort.window, {})
+    own = over_plan(plan, effort)
     progress(0.1)
-    result["finite"] = (*plan.over, "exponent"), finite.reshape((*plan.shape, -1)), attributes(*FINITE)
-    theory = {
-        name: (dims, values.reshape(plan.shape), attrs)
-        for name, (dims, values, attrs) in rest_stability(model, tuple(plan.over)).items()
-    }
     rows = result["section"].sel(prestretch=list(STACKED), method="nearest").rename(prestretch="stacked_prestretch")
-    result = result.drop_vars("section").assign(theory | {"section": rows})
+    result = result.drop_vars("section").assign(own | {"section": rows})
     return result.assign_attrs(preset="base", prestretch_mode=mode, window=effort.window)
 
 
