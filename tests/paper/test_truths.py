@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm, qmc
 
-from gelcone.paper.truths import Share, entries, every, lengths, share, stratified
+from gelcone.paper.truths import Share, every, lengths, share, stratified, truth
 
 
 def test_shares_count_what_holds_fails_and_is_open():
@@ -103,4 +103,4 @@ def test_open_truths_decide_only_where_they_matter():
     assert every(True, None) is None
     assert every(False, None) is False
     assert every() is True
-    assert entries(np.array([1.0, 0.0, np.nan])) == [True, False, None]
+    assert [truth(value) for value in np.array([1.0, 0.0, np.nan])] == [True, False, None]

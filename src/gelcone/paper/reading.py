@@ -197,6 +197,11 @@ def first_chaos(diagram: xr.Dataset, parameter: str, *, falling: bool = False) -
     return Number(f"{which} {parameter.replace('_', ' ')} at which chaos was seen", seen, low=low, high=high)
 
 
+def largest_exponent(meaning: str, motion: xr.Dataset) -> Number:
+    """The largest exponent of the long run of one motion."""
+    return Number(meaning, float(motion["lyapunov"][0]), error=float(motion["standard_error"][0]))
+
+
 def slack_of(study: xr.Dataset, parameter: str) -> tuple[Number, ...]:
     """Share of the long run with slack film, for each chaotic motion of a study."""
     rows = zip(study[parameter].values, chaotic(study), study["late_validity_slack"].values, strict=True)

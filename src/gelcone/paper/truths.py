@@ -115,11 +115,6 @@ def every(*truths: Truth) -> Truth:
     return False if False in truths else None if None in truths else True
 
 
-def truth(value: float) -> Truth:
-    """One entry of an array of truths."""
+def truth(value: Any) -> Truth:
+    """The truth of one entry of an array of truths."""
     return None if np.isnan(value) else bool(value)
-
-
-def entries(truths: Array) -> list[Truth]:
-    """All entries of an array of truths."""
-    return [truth(value) for value in np.asarray(truths, dtype=float).ravel()]

@@ -47,14 +47,12 @@ def agreement(studies: Mapping[str, xr.Dataset]) -> Finding:
     limit, cone_limit = (study[name].values[0] for name in ("limit_displacement", "cone_limit_displacement"))
     model = model_of(study)
     apart = study["membrane_deviation" if model == "membrane" else "deviation"].values[:, 0]
+    largest = np.nanmax(np.abs(apart), axis=1)
     held = "in tension or slack" if '"relax"' in study.attrs.get("options", "") else "in tension"
 
-    def deviation(i: int) -> float:
-        return float(np.nanmax(np.abs(apart[i])))
-
     numbers = [
-        Number(f"largest deviation of the {model}'s force at v = 0, a/b = {r:g}", deviation(i), error=1e-3)
-        for i, r in enumerate(ratios)
+        Number(f"largest deviation of the {model}'s force at v = 0, a/b = {r:g}", float(off), error=1e-3)
+        for r, off in zip(ratios, largest, strict=True)
     ]
     numbers += [
         Number(f"share of the displacements with a film {held}, v = {v:g}, a/b = {r:g}", float(reached[i, k]))
@@ -70,7 +68,7 @@ def agreement(studies: Mapping[str, xr.Dataset]) -> Finding:
         share=share(agrees[1:].all(axis=1), sample=False),
         neighbourhood="radius ratio a/b = " + " and ".join(f"{r:g}" for r in ratios[1:]),
         numbers=tuple(numbers),
-        why=_why(agrees[0], voltages, deviation(0), float(ratios[0])),
+        why=_why(agrees[0], voltages, float(largest[0]), float(ratios[0])),
         unseen=f"{_over_or_under(study['deviation'].values[0, 0])} The continuum's meridian is not straight, but steep "
         f"next to the disc: there the film reaches half of its stretch limit at a displacement of {limit[1]:.3g}, the "
         f"cone only at {cone_limit[1]:.3g}. "

@@ -7,7 +7,7 @@ import numpy as np
 from gelcone.paper.claims.claim import Studies, claim
 from gelcone.paper.films import CREEPING
 from gelcone.paper.numbers import Number
-from gelcone.paper.reading import finite_not_positive, fixed_branch, without_chaos
+from gelcone.paper.reading import finite_not_positive, fixed_branch, largest_exponent, without_chaos
 from gelcone.paper.sampling import share_of
 from gelcone.paper.studies.samples import holds_throughout, rows_without_chaos
 from gelcone.paper.studies.triples import TRIPLES
@@ -45,11 +45,7 @@ def damping_never_chaotic(studies: Studies) -> Finding:
         neighbourhood="other drive voltages from 0.5 to 2, each at damping ratios from 0.02 to 2",
         numbers=(
             calm.number("share of damping ratios in (0, 2] without chaos"),
-            Number(
-                "largest exponent without damping",
-                float(undamped["lyapunov"].values[0]),
-                error=float(undamped["standard_error"].values[0]),
-            ),
+            largest_exponent("largest exponent without damping", undamped),
             Number(
                 "largest drive voltage up to which no chaos was seen at any damping ratio",
                 float(below.max()) if below.size else float("nan"),

@@ -95,7 +95,7 @@ def limit_large_same(studies: Studies) -> Finding:
     least, most, _ = differences(own)
     others = share_of(study, rows_same(study))
     return Finding(
-        holds=truth(float(same_extents(own, study["own_regime"].values[None])[0])),
+        holds=truth(same_extents(own, study["own_regime"].values[None])[0]),
         holds_finite=None if np.isnan(window) else window < SAME,
         share=others,
         neighbourhood="other drive voltages from 0.5 to 1.7",

@@ -7,10 +7,11 @@ import numpy as np
 from gelcone.codes import Regime
 from gelcone.paper.claims.claim import Studies, claim
 from gelcone.paper.numbers import Number
-from gelcone.paper.reading import SAME, ordered, resolution, slack_of
+from gelcone.paper.reading import SAME, all_of, largest_exponent, ordered, resolution, slack_of
 from gelcone.paper.studies.samples import rows_ordered
-from gelcone.paper.truths import entries, every, share, truth
+from gelcone.paper.truths import every, share, truth
 from gelcone.paper.verdicts import Finding
+from gelcone.quantity import Array
 
 
 @claim(
@@ -27,16 +28,14 @@ def prestretch_order(studies: Studies) -> Finding:
     finite, resolved = study["finite"].values[:, 0], resolution(study)
     others = share(rows_ordered(studies["neighbours"]))
     return Finding(
-        holds=truth(float(ordered(kinds))),
+        holds=truth(ordered(kinds)),
         holds_finite=bool(finite[0] > resolved and abs(finite[1]) <= resolved and finite[2] < 0.0),
         share=others,
         neighbourhood=f"{others.count:g} parameter sets near the base set",
         numbers=(
             *(
-                Number(
-                    f"largest exponent at pre-stretch {lp:g} ({Regime(int(k)).label})",
-                    float(study["lyapunov"].values[i, 0]),
-                    error=float(study["standard_error"].values[i, 0]),
+                largest_exponent(
+                    f"largest exponent at pre-stretch {lp:g} ({Regime(int(k)).label})", study.isel(prestretch=i)
                 )
                 for i, (lp, k) in enumerate(zip(study["prestretch"].values, kinds, strict=True))
             ),
@@ -61,10 +60,10 @@ def spring_frequency(studies: Studies) -> Finding:
     stiffness = study["spring_stiffness"].values
     low, high = study["peak_low"].values, study["peak_high"].values
     peaks = study["peak_frequency"].values
-    rises = np.where(low[1:] > high[:-1], 1.0, np.where(high[1:] < low[:-1], 0.0, np.nan))
+    rises = _rises(low, high)
     return Finding(
-        holds=every(*entries(rises)),
-        share=share([every(*entries(rises[first:][: rises.size - 1])) for first in (0, 1)], sample=False),
+        holds=truth(all_of(rises)),
+        share=share([all_of(rises[:-1]), all_of(rises[1:])], sample=False),
         neighbourhood="the stiffnesses without the smallest or without the largest",
         numbers=tuple(
             Number(f"resonance at spring stiffness {k:g}", float(f), low=float(a), high=float(b))
@@ -75,6 +74,11 @@ def spring_frequency(studies: Studies) -> Finding:
         unseen="The force goes with the square of the voltage: the peak lies near half the natural frequency, "
         "except where a soft spring allows a large, strongly nonlinear motion.",
     )
+
+
+def _rises(low: Array, high: Array) -> Array:
+    """Truths: each interval lies above the one before; open where the two overlap."""
+    return np.where(low[1:] > high[:-1], 1.0, np.where(high[1:] < low[:-1], 0.0, np.nan))
 
 
 @claim(
@@ -89,16 +93,11 @@ def spring_amplitude(studies: Studies) -> Finding:
     """Judges the peaks of the resonances, and the amplitude of one motion over the stiffness."""
     study = studies["frequency"].sel(sweep="up")
     peaks, error = study["peak_amplitude"].values, study["peak_amplitude_error"].values
-    falls = np.where(
-        peaks[1:] + error[1:] < peaks[:-1] - error[:-1],
-        1.0,
-        np.where(peaks[1:] - error[1:] > peaks[:-1] + error[:-1], 0.0, np.nan),
-    )
     spring = studies["spring"]
     late = 0.5 * (spring["late_highest"].values - spring["late_lowest"].values)
     start = 0.5 * (spring["window_highest"].values - spring["window_lowest"].values)
     unaffected, from_start = (bool(np.ptp(a) / a.mean() < SAME) for a in (late, start))
-    falling = every(*entries(falls))
+    falling = truth(all_of(1.0 - _rises(peaks - error, peaks + error)))
     seen = "from each stiffness to the next where the errors of the peaks do not overlap"
     parts = {
         "peak falls": Finding(holds=falling, numbers=(), why=seen),

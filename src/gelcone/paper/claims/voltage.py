@@ -124,12 +124,12 @@ def voltage_amplitude(studies: Studies) -> Finding:
     nearby = largest_in(near["own_regime"].values == Regime.CHAOTIC, near["own_extent"].values)
     spread = float(np.ptp(nearby)) if np.isfinite(nearby).all() else float("inf")
     # left open where nearby starts disagree
-    ends = {truth(float(about_six(np.asarray(own + off), chaos))) for off in (-spread, 0.0, spread)}
+    ends = {truth(about_six(np.asarray(own + off), chaos)) for off in (-spread, 0.0, spread)}
     reached = share(rows_about_six(near))
     seen = largest_in(finite_positive(window), _extent(window, "window_lowest", "window_highest"))
     return Finding(
         holds=ends.pop() if len(ends) == 1 else None,
-        holds_finite=truth(float(about_six(seen, finite_positive(window)))),
+        holds_finite=truth(about_six(seen, finite_positive(window))),
         share=reached,
         neighbourhood=f"{reached.count:g} parameter sets near the base set",
         numbers=(
