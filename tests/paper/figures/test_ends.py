@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from gelcone.codes import Regime
-from gelcone.paper.figures.ends import Count, draw, table, words
+from gelcone.paper.figures.ends import counted, draw, table, words
 from gelcone.paper.studies.ends import NAME, Case
+from gelcone.paper.truths import Share
 from tests.paper.made_up import cells
 
 CASES = (Case(), Case(0.01), Case(0.1), Case(0.0, 0.1, 50.0), Case(0.0, 0.5, 50.0), Case(0.0, 0.5, 2.0))
@@ -66,7 +67,7 @@ def test_counts_stand_at_their_values_with_bars_over_what_is_not_decided(panel, 
 
 
 def test_a_count_says_its_range():
-    assert (str(Count(3, 0)), str(Count(3, 2))) == ("3", "3 to 5")
+    assert (counted(Share(3, 1)), counted(Share(3, 1, 2))) == ("3", "3 to 5")
 
 
 def test_an_undecided_count_without_anything_added_is_a_band():

@@ -18,9 +18,9 @@ CHAOS = [case for case in CERTIFIED["exponents"] if case["kind"] == "chaotic"]
 
 
 def counted(world):
-    """Chaotic voltages of each case of the study in a made-up world."""
+    """Chaotic and undecided voltages of each case of the study in a made-up world."""
     with made_up(world):
-        return {case: chaos for case, chaos, *_ in rows_of(ends(QUICK, lambda share: None))}
+        return {case: (chaos.holding, chaos.open) for case, chaos, *_ in rows_of(ends(QUICK, lambda share: None))}
 
 
 def test_every_run_has_the_cases_that_were_counted_before_and_two_decades_of_each_number():

@@ -11,9 +11,8 @@ from gelcone.paper.figures.figure import Table, paper_figure
 from gelcone.paper.films import CREEPING, film_of_model
 from gelcone.paper.reading import chaotic, finite_positive, positive
 from gelcone.paper.studies.ends import COUNTED_OVER, MODULI, MODULUS, NAME, RESISTANCES, TIME, TIMES, VOLTAGES, Case
-from gelcone.paper.truths import share
+from gelcone.paper.truths import Share, share
 from gelcone.plots.style import BLUE, GREY, VERMILION, styled
-from gelcone.quantity import Array
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,38 +20,22 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-class Count(NamedTuple):
-    """Number of voltages at which a statement holds for certain, and at which it is open."""
-
-    certain: int
-    open: int
-
-    def __str__(self) -> str:
-        return f"{self.certain} to {self.certain + self.open}" if self.open else str(self.certain)
-
-
-def counts(truths: Array) -> list[Count]:
-    """The count of each case, from truths (cases, voltages)."""
-    shares = (share(row) for row in truths)
-    return [Count(int(found.holding), int(found.open)) for found in shares]
-
-
 class Row(NamedTuple):
-    """A case with three counts (chaos, positive exponents in the long run, positive exponents over the first window)
-    and the count of an earlier version, NaN without one."""
+    """A case with three shares of the voltages (with chaos, with positive exponents in the long run, and over the first
+    window) and the count of an earlier version, NaN without one."""
 
     case: Case
-    chaos: Count
-    exponents: Count
-    window: Count
+    chaos: Share
+    exponents: Share
+    window: Share
     before: float
 
 
 def rows_of(study: xr.Dataset) -> list[Row]:
-    """The counts of each case."""
+    """The shares of each case."""
     numbers = (study[name].values for name in ("series_resistance", "viscous_modulus_1", "relaxation_time_1"))
     added = [Case(*map(float, case)) for case in zip(*numbers, strict=True)]
-    found = [counts(truths) for truths in (chaotic(study), positive(study), finite_positive(study))]
+    found = [map(share, read(study)) for read in (chaotic, positive, finite_positive)]
     return [Row(*row) for row in zip(added, *found, map(float, study["counted"].values), strict=True)]
 
 
@@ -67,10 +50,16 @@ def table(studies: Mapping[str, xr.Dataset]) -> Table:
         f"positive over {COUNTED_OVER:g}, counted before",
     )
     rows = tuple(
-        (words(row.case), *map(str, row[1:4]), f"{row.before:.0f}" if np.isfinite(row.before) else "")
+        (words(row.case), *map(counted, row[1:4]), f"{row.before:.0f}" if np.isfinite(row.before) else "")
         for row in rows_of(study)
     )
     return Table(head, rows)
+
+
+def counted(voltages: Share) -> str:
+    """The number of voltages at which a statement holds, up to that with those at which it is open."""
+    certain, most = voltages.holding, voltages.holding + voltages.open
+    return f"{certain} to {most}" if voltages.open else str(certain)
 
 
 def words(case: Case) -> str:
@@ -95,22 +84,19 @@ def draw(studies: Mapping[str, xr.Dataset]) -> Figure:
             _panel(axes, over, shown, nothing.chaos)
             axes.set_xlabel(label)
         figure.axes[0].set_ylabel(f"chaotic voltages of {studies[NAME].sizes['voltage']}")
-        handles, labels = figure.axes[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=3)
+        figure.legend(*figure.axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
 
     return styled(7.2, 2.7, fill)
 
 
-def _panel(axes: Axes, over: str, rows: list[Row], nothing: Count) -> None:
-    values = np.array([getattr(row.case, over) for row in rows])
-    chaos = np.array([row.chaos for row in rows], dtype=float)
-    before = np.array([row.before for row in rows])
-    top = nothing.certain + nothing.open
-    axes.axhspan(nothing.certain - 0.1, top + 0.1, color=GREY, alpha=0.4, lw=0, label="elastic film, ideal source")
-    above = np.stack([np.zeros(len(rows)), chaos[:, 1]])
+def _panel(axes: Axes, over: str, rows: list[Row], nothing: Share) -> None:
+    values = [getattr(row.case, over) for row in rows]
+    top = nothing.holding + nothing.open
+    axes.axhspan(nothing.holding - 0.1, top + 0.1, color=GREY, alpha=0.4, lw=0, label="elastic film, ideal source")
+    certain, above = [row.chaos.holding for row in rows], [[0.0] * len(rows), [row.chaos.open for row in rows]]
     look: dict[str, Any] = {"fmt": "o", "ms": 3.5, "color": BLUE, "capsize": 2.5}
-    axes.errorbar(values, chaos[:, 0], yerr=above, label="chaotic, with what is not decided", **look)
-    axes.plot(values, before, "s", ms=7.0, mfc="none", color=VERMILION, label="counted before")
+    axes.errorbar(values, certain, yerr=above, label="chaotic, with what is not decided", **look)
+    axes.plot(values, [row.before for row in rows], "s", ms=7.0, mfc="none", color=VERMILION, label="counted before")
     axes.set_xscale("log")
     axes.set_ylim(-0.5, VOLTAGES.size + 0.5)
 

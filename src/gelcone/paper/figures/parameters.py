@@ -10,6 +10,7 @@ import numpy as np
 from gelcone.atlas.branches.attached import attached_branches
 from gelcone.codes import Regime
 from gelcone.paper.figures.figure import paper_figure
+from gelcone.paper.reading import fixed_branch
 from gelcone.paper.studies.diagrams import PANELS, diagram_name
 from gelcone.paper.studies.samples import MODES
 from gelcone.plots.branches import DASHED, sections_of, stability_parts
@@ -59,25 +60,19 @@ def diagrams_figure(studies: Mapping[str, xr.Dataset]) -> Figure:
     return styled(7.6, 8.4, draw)
 
 
-def _branch(study: xr.Dataset, start: str) -> xr.Dataset | None:
-    names = [b for b in study["branch"].values if str(b).startswith(start)]
-    return study.sel(branch=names[0]) if names else None
-
-
 def _sections(study: xr.Dataset, parameter: str, axes: Axes) -> None:
     values = study[parameter].values
     unstable, buckled = study["rest_growth"].values > 0.0, study["static_stiffness"].values < 0.0
     _shade(axes, values, unstable, SKY, "rest unstable under the drive (Floquet)")
     _shade(axes, values, buckled, GREY, "rest unstable at the constant peak voltage (static pitchfork)")
     looks = (
-        ("from", BLACK, 0.5, "from the fixed state"),
+        (fixed_branch(study)["branch"].item(), BLACK, 0.5, "from the fixed state"),
         ("up", BLUE, 0.4, "swept up"),
         ("down", VERMILION, 0.4, "down"),
     )
-    for start, colour, size, label in looks:
-        branch = _branch(study, start)
-        if branch is not None:
-            points = branch["section"].values[:, -32:, 0]
+    for branch, colour, size, label in looks:
+        if branch in study["branch"].values:
+            points = study["section"].sel(branch=branch).values[:, -32:, 0]
             at = np.broadcast_to(values[:, None], points.shape)
             axes.plot(at.ravel(), points.ravel(), ".", ms=size, color=colour, mec="none", rasterized=True, label=label)
     followed = attached_branches(study)
@@ -113,8 +108,7 @@ def _branches(followed: xr.Dataset, axes: Axes) -> None:
 
 
 def _exponents(study: xr.Dataset, parameter: str, axes: Axes) -> None:
-    branch = _branch(study, "from")
-    assert branch is not None
+    branch = fixed_branch(study)
     values, exponent = study[parameter].values, branch["lyapunov"].values[:, 0]
     error = branch["standard_error"].values[:, 0]
     axes.axhline(0.0, color=GREY, lw=0.6)
@@ -154,8 +148,7 @@ def maps_figure(studies: Mapping[str, xr.Dataset]) -> Figure:
         figure.colorbar(
             image, ax=axes[1:, :], label="largest Lyapunov exponent per unit time", extend="both", shrink=0.8
         )
-        handles, labels = axes[1, 0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=3)
+        figure.legend(*axes[1, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
 
     return styled(7.2, 8.2, draw)
 
