@@ -65,12 +65,7 @@ class UnwrinkledFilm(Film):
 
     def strain_limit(self, n: Numbers) -> Any:
         """The largest x^2 of the fit."""
-        return np.asarray(self.reach_squared)
-
-    @property
-    def reach_squared(self) -> float:
-        """The largest x^2 of the fit."""
-        return self.largest * self.largest
+        return np.asarray(self.largest * self.largest)
 
     def reach(self, n: Numbers) -> tuple[float, float]:
         """The displacements of the fit."""

@@ -212,17 +212,11 @@ def _pocket(plane: xr.Dataset) -> _Pocket:
 
     cells, labels = largest(negative)
     domain = (negative & np.isin(labels, outside(labels))) | rest
-    inside = np.flatnonzero(~domain.ravel() & ~_edges(domain.shape))
+    domain[[0, -1]] = domain[:, [0, -1]] = True  # cells at the edge stay where they are
+    inside = np.flatnonzero(~domain)
     rng = np.random.default_rng(SHUFFLES)
     as_large, shuffled = 0, negative.copy()
     for _ in range(SHUFFLES if cells else 0):
         shuffled.flat[inside] = rng.permutation(negative.flat[inside])
         as_large += largest(shuffled)[0] >= cells
     return _Pocket(cells, (1 + as_large) / (1 + SHUFFLES) if cells else 1.0)
-
-
-def _edges(shape: tuple[int, ...]) -> Mask:
-    """Cells at the edge of a map, flattened."""
-    edge = np.ones(shape, dtype=bool)
-    edge[1:-1, 1:-1] = False
-    return edge.ravel()
