@@ -53,7 +53,7 @@ def test_a_branch_is_solid_where_stable_and_dashed_from_its_last_stable_point_on
     assert inside.tolist() == [False, False, True, True, True, False]
     assert outside.tolist() == [True, True, True, False, True, True]
     axes = blank()
-    module.orbits(branches(), axes, mirrored=False)
+    module.orbits(branches().assign_attrs(mirror=0), axes)
     rest = [[v, 0.0] for v in VALUES]
     assert drawn(axes)[0] == (BLACK.lower(), "-", 1.0, rest)
     first, second = ([[v, times * v] for v in VALUES] for times in (10.0, 20.0))

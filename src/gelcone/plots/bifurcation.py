@@ -11,7 +11,7 @@ from gelcone.amounts import rate_unit
 from gelcone.atlas.branches.attached import attached_branches
 from gelcone.codes import Regime
 from gelcone.errors import check_name
-from gelcone.plots.branches import BRUTE_FORCE, event_ticks, events, exponents, flags, orbits
+from gelcone.plots.branches import BRUTE_FORCE, draw_branches
 from gelcone.plots.branches import legend as branch_legend
 from gelcone.plots.regime import (
     cell_legend,
@@ -124,16 +124,6 @@ def marks_of(style: tuple[str, str, float], size: float) -> dict[str, Any]:
 def marker_size(diagram: xr.Dataset) -> float:
     """Size of the smallest marker in points, small enough to separate neighbouring values where possible."""
     return float(np.clip(120.0 / diagram.sizes[diagram.attrs["parameter"]], 0.55, 2.4))
-
-
-def draw_branches(followed: xr.Dataset, above: Axes, below: Axes | None) -> None:
-    """Branches of periodic orbits over the points of a diagram, and their exponents over its exponents."""
-    orbits(followed, above)
-    events(followed, above)
-    flags(followed, above)
-    if below is not None:
-        exponents(followed, below)
-    event_ticks(followed, (above,) if below is None else (above, below))
 
 
 def section_points(diagram: xr.Dataset, axes: Axes, *, grey: bool = False) -> None:

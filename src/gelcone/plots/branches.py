@@ -48,11 +48,7 @@ def branches_figure(result: xr.Dataset) -> Figure:
     def draw(figure: Figure) -> None:
         above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2.2, 1.0])
         brute_force(result, above)
-        orbits(result, above)
-        events(result, above)
-        exponents(result, below)
-        event_ticks(result, (above, below))
-        flags(result, above)
+        draw_branches(result, above, below)
         above.set_ylabel(axis_label(result["lowest"], "displacement\nonce per forcing period"))
         values = result["value"].values
         above.set_xlim(np.nanmin(values), np.nanmax(values))
@@ -60,6 +56,16 @@ def branches_figure(result: xr.Dataset) -> Figure:
         above.legend(handles=legend(result), loc="upper left", bbox_to_anchor=(1.02, 1.0))
 
     return styled(7.2, 5.2, draw, result)
+
+
+def draw_branches(result: xr.Dataset, above: Axes, below: Axes | None) -> None:
+    """Orbits with their events and flags, and their exponents below, if asked."""
+    orbits(result, above)
+    events(result, above)
+    if below is not None:
+        exponents(result, below)
+    event_ticks(result, (above,) if below is None else (above, below))
+    flags(result, above)
 
 
 def brute_force(result: xr.Dataset, axes: Axes) -> None:
@@ -96,12 +102,11 @@ def with_neighbours(which: Which) -> Which:
     return found
 
 
-def orbits(result: xr.Dataset, axes: Axes, *, mirrored: bool = True) -> None:
+def orbits(result: xr.Dataset, axes: Axes) -> None:
     """All branches, solid where stable and dashed where unstable; mirror images in a lighter tone."""
-    symmetric = mirrored and has_mirror(result)
     for own, parts in branches_of(result):
         colour, value, lines = colour_of(own), own["value"].values, sections_of(own)
-        image = symmetric and not bool(own["symmetric"]) and not bool(own["resting"])
+        image = has_mirror(result) and not bool(own["symmetric"]) and not bool(own["resting"])
         for which, style, width, alpha in parts:
             shown, look = np.where(which[:, None], lines, np.nan), {"color": colour, "ls": style, "lw": width}
             axes.plot(value, shown, **look, alpha=alpha, zorder=2.0 + (style == "-"))

@@ -155,8 +155,7 @@ def limit_bars(result: xr.Dataset, axes: Axes) -> None:
     for k, name in enumerate(names):
         if met[name] > end:
             axes.text(end, k, f"{met[name]:.3g} ", fontsize=6.0, color="white", ha="right", va="center")
-    if is_toleranced(result):
-        for k, name in enumerate(names):
+        if is_toleranced(result):
             span = np.clip([float(result[f"{name}_{end}"]) for end in ("low", "high")], 0.0, END * end)
             axes.plot(span, [k, k], color=BLACK, lw=1.5)
     axes.set_ylim(-0.6, max(len(names), 4) - 0.4)

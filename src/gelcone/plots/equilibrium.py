@@ -9,9 +9,9 @@ import numpy as np
 
 from gelcone.amounts import measured, unit_of
 from gelcone.codes import Outcome
-from gelcone.motion.validity import invalid
 from gelcone.physics.balance import PullIn
 from gelcone.plots.branches import with_neighbours
+from gelcone.plots.regime import invalid_cells
 from gelcone.plots.response import members
 from gelcone.plots.style import BLACK, BLUE, CYCLE, GREY, UNHELD, VERMILION, name_axes, name_faint, styled
 from gelcone.words import evenly
@@ -53,18 +53,19 @@ def force_curves(member: xr.Dataset, axes: Axes) -> None:
     of zero force lie the equilibria, stable ones filled, unstable ones open."""
     axes.axhline(0.0, color=GREY, lw=0.8)
     chosen = evenly(member.sizes["constant_voltage"], MOST_CURVES)
+    fails = invalid_cells(member, "constant_voltage", "equilibrium")
+    mark: dict[str, Any] = {"ms": 4.0, "color": BLACK, "mew": 0.8, "ls": "none"}
     for colour, size, i in zip(CYCLE, MARKER_SIZES, chosen, strict=False):
         one = member.isel(constant_voltage=i)
         voltage = one["constant_voltage"]
         split_by_stability(one["displacement"], one["force"], one["stiffness"], axes, colour=colour, both=colour)
         axes.plot([], [], color=colour, label=f"voltage {float(voltage):.4g}{unit_of(voltage)}")
         mark_equilibria(axes, one["equilibrium_displacement"].values, one["stable"].values, colour, size)
-        where = invalid(one)
-        if where is not None and where.values.any():
-            x = one["equilibrium_displacement"].values[where.values]
-            axes.plot(x, 0.0 * x, "x", ms=4.0, color=BLACK, mew=0.8, ls="none", zorder=4)
-    if (where := invalid(member)) is not None and where.values.any():
-        axes.plot([], [], "x", ms=4.0, color=BLACK, mew=0.8, ls="none", label="model does not hold")
+        if fails[i].any():
+            x = one["equilibrium_displacement"].values[fails[i]]
+            axes.plot(x, 0.0 * x, "x", zorder=4, **mark)
+    if fails.any():
+        axes.plot([], [], "x", label="model does not hold", **mark)
     limit_forces(member, axes)
     name_axes(axes, member["displacement"], member["force"], y="force that holds the disc")
     axes.margins(x=0)

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.atlas.branches.attached import attached_branches
-from gelcone.motion.validity import invalid
 from gelcone.plots.branches import BRUTE_FORCE, branches_of, colour_of, events, flags
 from gelcone.plots.branches import legend as branch_legend
+from gelcone.plots.regime import invalid_cells
 from gelcone.plots.style import (
     BLACK,
     BLUE,
@@ -166,8 +166,7 @@ def stroke_of_event(branch: xr.Dataset, event: xr.Dataset) -> Array:
 def curve(own: xr.Dataset, axes: Axes, look: dict[str, Any]) -> None:
     """The strokes of one sweep through its refined peak; faint where the model does not hold."""
     frequency, stroke = own["drive_frequency"].values, own["stroke"].values
-    where = invalid(own)
-    fails = np.zeros(frequency.size, dtype=bool) if where is None else where.values
+    fails = invalid_cells(own, "drive_frequency")
     peak = float(own["peak_frequency"]), 2.0 * float(own["peak_amplitude"])
     frequency, stroke, at = through(frequency, stroke, peak)
     marked = np.arange(frequency.size)

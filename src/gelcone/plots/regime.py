@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.codes import Regime
+from gelcone.motion.validity import invalid
 from gelcone.plots.response import members, picked
 from gelcone.plots.style import BLACK, BLUE, CRIMSON, GREEN, GREY, SKY, VERMILION, YELLOW, styled
 from gelcone.quantity import Array
@@ -138,8 +139,6 @@ def mark_flagged(axes: Axes, x: Array, y: Array, flagged: Any) -> None:
 
 def invalid_cells(cells: xr.Dataset, *dims: str) -> Any:
     """The cells in which the model does not hold, over ``dims``; none if the result does not state it."""
-    from gelcone.motion.validity import invalid
-
     where = invalid(cells)
     return np.zeros([cells.sizes[dim] for dim in dims], dtype=bool) if where is None else where.transpose(*dims).values
 

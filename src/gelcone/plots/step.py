@@ -9,7 +9,7 @@ import numpy as np
 
 from gelcone.amounts import measured
 from gelcone.codes import Outcome
-from gelcone.motion.validity import invalid
+from gelcone.plots.regime import invalid_cells
 from gelcone.plots.style import CYCLE, GREY, UNHELD, name_axes, name_faint, styled
 from gelcone.words import evenly
 
@@ -47,10 +47,9 @@ def step_figure(result: xr.Dataset) -> Figure:
 
 def voltages(result: xr.Dataset) -> Iterator[tuple[xr.Dataset, dict[str, Any]]]:
     """Some of the constant voltages, with the look of their lines: faint where the model does not hold."""
-    where = invalid(result)
+    fails = invalid_cells(result, "constant_voltage")
     for k, pick in enumerate(evenly(result.sizes["constant_voltage"], SHOWN)):
-        fails = where is not None and bool(where[pick])
-        yield result.isel(constant_voltage=int(pick)), {"color": CYCLE[k], "alpha": UNHELD if fails else 1.0}
+        yield result.isel(constant_voltage=int(pick)), {"color": CYCLE[k], "alpha": UNHELD if fails[pick] else 1.0}
 
 
 def mark_equilibrium(one: xr.Dataset, axes: Axes, colour: str) -> None:

@@ -86,31 +86,30 @@ def sweep_figure(result: xr.Dataset) -> Figure:
     along = str(dims[0])
     numbers = {str(n): v for n, v in result.data_vars.items() if v.dims == dims and not _is_code(str(n), v)}
     full = {name: values.where(there) for name, values in numbers.items()}
-    names = [name for name, values in full.items() if np.isfinite(values).any()][:WIDEST]
-    if not names:
-        infinite = {name: v for name, v in numbers.items() if np.isinf(full[name]).any()}
-        lost = [f"{name.replace('_', ' ')}: {_absent(v[there], along)}" for name, v in infinite.items()]
+    shown = dict([(name, values) for name, values in full.items() if np.isfinite(values).any()][:WIDEST])
+    if not shown:
+        infinite = [name for name, values in full.items() if np.isinf(values).any()]
+        lost = [f"{name.replace('_', ' ')}: {_absent(numbers[name][there], along)}" for name in infinite]
         return styled(5.6, 2.0, lambda figure: _say_alone(figure, "\n".join(lost) or "no cell has a number"), result)
     if _unordered(result):
-        return _by_gel({name: full[name] for name in names}, result)
+        return _by_gel(shown, result)
     if len(dims) == 2 and all(dim in result.coords for dim in dims):
-        return _maps({name: full[name] for name in names}, result)
+        return _maps(shown, result)
     if len(dims) == 3 and all(dim in result.coords for dim in dims):
-        return _slices(result, full[names[0]])
-
+        return _slices(result, next(iter(shown.values())))
     if dims == ("draw",):
-        return _densities({name: full[name] for name in names}, result)
+        return _densities(shown, result)
 
     def draw(figure: Figure) -> None:
-        panels = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
-        for axes, name in zip(panels, names, strict=True):
-            values = full[name].values.reshape(result.sizes[along], -1)
+        panels = figure.subplots(len(shown), 1, sharex=True, squeeze=False)[:, 0]
+        for axes, (name, own) in zip(panels, shown.items(), strict=True):
+            values = own.values.reshape(result.sizes[along], -1)
             place = result[along].values if along in result.coords else np.arange(result.sizes[along])
             axes.plot(place, values, color=BLUE, ls="-" if values.shape[1] == 1 else "", marker=".", ms=2.5, lw=1.0)
             axes.set_ylabel(axis_label(result[name], name))
         coordinate_axis(panels[-1].xaxis, result, along)
 
-    return styled(5.6, 0.8 + 1.5 * len(names), draw)
+    return styled(5.6, 0.8 + 1.5 * len(shown), draw)
 
 
 def _unordered(result: xr.Dataset) -> list[str]:
