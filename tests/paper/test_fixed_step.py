@@ -16,7 +16,7 @@ def test_the_error_falls_with_the_fourth_power_of_the_step():
     errors = [np.abs(run.states[:, -1] - exact).max() for run in runs]
     assert errors[0] / errors[1] == pytest.approx(16.0, rel=0.25)
     assert errors[1] / errors[2] == pytest.approx(16.0, rel=0.15)
-    np.testing.assert_allclose(runs[0].times, np.linspace(0.0, 4.0, 41))
+    assert runs[0].states.shape == (2, 41, 2)
     np.testing.assert_array_equal(runs[0].states[:, 0], [[0.5, 0.1], [0.5, 0.1]])
 
 

@@ -499,10 +499,10 @@ def test_a_claim_is_judged_with_another_film_once_all_its_studies_are_there():
         checked.append(sorted(studies))
         return Finding(holds=True, numbers=(), why="")
 
-    claim, effort = Claim("own", "Something holds.", 1, ("one", "other"), check), replace(QUICK, film="wrinkling")
-    there = {running._key(name, effort): xr.Dataset() for name in claim.studies}
-    assert running._with_film(claim, "wrinkling", dict(list(there.items())[:1]), effort) is None
-    assert running._with_film(claim, "wrinkling", {}, effort) is None
-    assert not checked
-    assert running._with_film(claim, "wrinkling", there, effort).film == "wrinkling"
-    assert checked == [["one", "other"]]
+    claim = Claim("own", "Something holds.", 1, ("one", "other"), check)
+    paper = SimpleNamespace(studies={name: SimpleNamespace(films=("wrinkling",)) for name in claim.studies})
+    own = {name: xr.Dataset() for name in claim.studies}
+    one, other = ({f"wrinkling/{name}": xr.Dataset()} for name in claim.studies)
+    for there, films in ((own, []), (own | one, []), (own | one | other, ["wrinkling"])):
+        assert [judged.film for judged in running._judged(claim, there, QUICK, paper).others] == films
+    assert checked == [["one", "other"]] * 4

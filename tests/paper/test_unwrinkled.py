@@ -125,7 +125,7 @@ def test_other_laws_and_prestretches_are_fitted_as_well(law, prestretch):
 
 
 def test_derivatives_are_those_of_the_force(fitted):
-    s = np.linspace(0.001, 0.99, 40) * fitted.reach_squared
+    s = np.linspace(0.001, 0.99, 40) * fitted.strain_limit({})
     squared = 0.9 * fitted.highest_squared(np.sqrt(s), {}).min() * np.linspace(0.0, 1.0, 40)
     h = 1e-5
     _, slope = fitted.stiffness(s, squared)

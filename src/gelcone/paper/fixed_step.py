@@ -18,10 +18,9 @@ from gelcone.quantity import Array
 
 @dataclass(frozen=True)
 class FixedStepRun:
-    """Times (steps + 1,), states (members, steps + 1, 2), largest exponent over the run (members,), and share of steps
-    beyond the stretch limit (members,)."""
+    """States (members, steps + 1, 2), largest exponent over the run (members,), and share of steps beyond the stretch
+    limit (members,)."""
 
-    times: Array
     states: Array
     exponent: Array
     beyond: Array
@@ -44,7 +43,7 @@ def fixed_step(model: ConeModel, initial: tuple[float, float], step: float, step
             state[2:] /= length
             states[:, k + 1] = state[:2].T
             beyond += ~(members.strain(state[0]) < limit)
-    return FixedStepRun(step * np.arange(steps + 1, dtype=float), states, grown / (steps * step), beyond / steps)
+    return FixedStepRun(states, grown / (steps * step), beyond / steps)
 
 
 def _step(members: Members, n: Mapping[str, Array], time: float, state: Array, step: float) -> Array:

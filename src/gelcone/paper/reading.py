@@ -30,8 +30,7 @@ SIX = (5.5, 6.5)
 
 def ended(study: xr.Dataset) -> Array:
     """Mask of the runs that ended before the long run, for example by pull-in."""
-    left: Array = study["regime"].values == Regime.LEFT_THE_DOMAIN
-    return left
+    return np.asarray(study["regime"].values == Regime.LEFT_THE_DOMAIN)
 
 
 def chaotic(study: xr.Dataset) -> Array:
@@ -166,8 +165,7 @@ def differences(extent: Array) -> tuple[Array, Array, Array]:
 def fixed_branch(diagram: xr.Dataset) -> xr.Dataset:
     """The branch of a bifurcation diagram that starts from the fixed initial state."""
     name = next(b for b in diagram["branch"].values if str(b).startswith("from"))
-    branch: xr.Dataset = diagram.sel(branch=name)
-    return branch
+    return diagram.sel(branch=name)
 
 
 def first_chaos(diagram: xr.Dataset, parameter: str, *, falling: bool = False) -> Number | None:

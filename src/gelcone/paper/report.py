@@ -37,15 +37,7 @@ FILM_HEADINGS = {
 }
 """Headings of the columns for other films."""
 
-BADGES = {
-    Verdict.REPRODUCED: "reproduced",
-    Verdict.TRANSIENT: "transient",
-    Verdict.CHOSEN: "chosen",
-    Verdict.NOT_REPRODUCED: "refuted",
-    Verdict.ARTEFACT: "artefact",
-    Verdict.UNDECIDED: "undecided",
-    Verdict.UNDECIDABLE: "undecidable",
-}
+BADGES = {verdict: verdict.name.lower() for verdict in Verdict} | {Verdict.NOT_REPRODUCED: "refuted"}
 """CSS class of each verdict's badge; the badge states the verdict in words, too."""
 
 SYMBOLS = {"zeta": "ζ", "kappa": "κ", "omega": "ω", "x0": "x₀", "v0": "v₀", "lp": "λₚ"}

@@ -354,16 +354,16 @@ def _finish(
 
 def _judged(claim: Claim, studies: Mapping[str, xr.Dataset], effort: Effort, paper: Paper) -> JudgedClaim:
     finding = claim.check({name: studies[name] for name in claim.studies})
-    films = [film for film in effort.films if _judged_with(claim, film, paper)]
-    others = [_with_film(claim, film, studies, effort.with_film(film)) for film in films]
-    return JudgedClaim(claim, finding, judge(finding), tuple(other for other in others if other is not None))
+    others = []
+    for film in (film for film in effort.films if _judged_with(claim, film, paper)):
+        keys = {name: _key(name, effort.with_film(film)) for name in claim.studies}
+        if all(key in studies for key in keys.values()):
+            others.append(_with_film(claim, film, {name: studies[key] for name, key in keys.items()}))
+    return JudgedClaim(claim, finding, judge(finding), tuple(others))
 
 
-def _with_film(claim: Claim, film: str, studies: Mapping[str, xr.Dataset], effort: Effort) -> WithFilm | None:
-    """The claim judged with another film; None if its studies were not computed with it."""
-    if any(_key(name, effort) not in studies for name in claim.studies):
-        return None
-    theirs = {name: studies[_key(name, effort)] for name in claim.studies}
+def _with_film(claim: Claim, film: str, theirs: Mapping[str, xr.Dataset]) -> WithFilm:
+    """The claim judged with another film, on its studies with that film."""
     found = claim.check(theirs)
     ended = [(study["outcome"] == Outcome.PULLED_IN).values.ravel() for study in theirs.values() if "outcome" in study]
     pulled_in = share(np.concatenate(ended) if ended else [], sample=False)

@@ -55,30 +55,24 @@ def frequency(effort: Effort, progress: Progress) -> xr.Dataset:
 def _branches(model: ConeModel, initial: tuple[float, float], grid: Array) -> dict[str, Any]:
     """Branches of periodic orbits of each stiffness over the frequency, joined with NaN between them: half the range of
     each orbit, its stability, and the folds."""
-    columns: dict[str, list[Array]] = {"frequency": [], "amplitude": [], "stable": [], "fold": []}
+    rows = []
     for stiffness, own in zip(STIFFNESSES, grid, strict=True):
         one, ends = model.replace(spring_stiffness=stiffness), (float(own[0]), float(own[-1]))
         found = continue_branch(one, "drive_frequency", *ends, initial, start="settled", checks=CHECKS)
         short = found.isel(branch=np.flatnonzero(found["period"].values <= LONGEST_PERIOD))
         there = np.pad(np.isfinite(short["value"].values), ((0, 0), (0, 1)), constant_values=False)
         there[:, 1:] |= there[:, :-1]  # the NaN after each branch makes a gap
-        for name, values in (
-            ("frequency", short["value"].values),
-            ("amplitude", 0.5 * (short["highest"] - short["lowest"]).values),
-            ("stable", np.where(short["stable"] < 0, np.nan, short["stable"])),
-        ):
-            columns[name].append(np.pad(values, ((0, 0), (0, 1)), constant_values=np.nan)[there])
-        folds = found["event_value"].values[found["event_kind"].values == EventKind.FOLD]
-        columns["fold"].append(folds)
-    meanings = {
-        "frequency": attributes("drive frequency along branches", "frequency"),
-        "amplitude": attributes("half of what the orbit covers", "length"),
-        "stable": attributes("whether the orbit is stable", "flag"),
-        "fold": attributes("drive frequency of a fold", "frequency"),
-    }
+        half = 0.5 * (short["highest"] - short["lowest"])
+        lines = (short["value"], half, short["stable"].where(short["stable"] >= 0))
+        joined = (np.pad(line.values, ((0, 0), (0, 1)), constant_values=np.nan)[there] for line in lines)
+        rows.append((*joined, found["event_value"].values[found["event_kind"].values == EventKind.FOLD]))
+    frequency, amplitude, stable, fold = map(padded, zip(*rows, strict=True))
+    along = ("member", "orbit")
     return {
-        f"branch_{name}": (("member", "fold" if name == "fold" else "orbit"), padded(rows), meanings[name])
-        for name, rows in columns.items()
+        "branch_frequency": (along, frequency, attributes("drive frequency along branches", "frequency")),
+        "branch_amplitude": (along, amplitude, attributes("half of what the orbit covers", "length")),
+        "branch_stable": (along, stable, attributes("whether the orbit is stable", "flag")),
+        "branch_fold": (("member", "fold"), fold, attributes("drive frequency of a fold", "frequency")),
     }
 
 
