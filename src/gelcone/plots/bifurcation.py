@@ -81,9 +81,6 @@ def bifurcation_figure(diagram: xr.Dataset, middle: Literal["exponent", "extent"
             draw_branches(followed, panels[0], panels[1] if middle == "exponent" else None)
         regime_strip(diagram, panels[2])
         thresholds(diagram, panels)
-        for axes in panels[:2]:
-            axes.set_xlabel("")
-            axes.tick_params(labelbottom=False)
         panels[0].set_xlim(*edges(diagram[name])[[0, -1]])
         named = None if followed is None else branch_legend(followed)
         panels[0].legend(handles=named, loc="upper left", bbox_to_anchor=(1.02, 1.0))

@@ -41,6 +41,8 @@ GREYS: dict[str, dict[str, Any]] = {
     "down": {"color": BLACK, "lw": 0.7, "ls": ":", "label": "phase, swept down"},
 }
 """Phases of the sweeps in figures with branches, whose colours mean periods."""
+RINGS: dict[str, Any] = {"ls": "", "marker": "o", "ms": 4.5, "mew": 0.8, "zorder": 2.5}
+"""Motions that do not repeat with the drive."""
 LINEAR: dict[str, Any] = {"color": GREY, "lw": 1.1, "ls": "--", "zorder": 1.5}
 FEW = 60
 """Most points that are marked individually."""
@@ -85,18 +87,8 @@ def strokes(response: xr.Dataset, axes: Axes) -> None:
             mark = {"color": look["color"], "marker": "x", "ms": 4.5, "ls": "", "clip_on": False}
             axes.plot(at, np.zeros(at.size), **mark, label=label)
         for (label, which), fill in zip(kinds_of_motion(own).items(), ("white", BLACK), strict=True):
-            axes.plot(
-                frequency,
-                own["stroke"].where(which),
-                ls="",
-                marker="o",
-                ms=4.5,
-                mfc=fill,
-                mec=look["color"],
-                mew=0.8,
-                zorder=2.5,
-                label=f"{label}, swept {branch}" if bool(which.any()) else None,
-            )
+            name = f"{label}, swept {branch}" if bool(which.any()) else None
+            axes.plot(frequency, own["stroke"].where(which), **RINGS, mfc=fill, mec=look["color"], label=name)
         peak = 2.0 * own["peak_amplitude"]
         peak = peak.where(peak > REST_ROOM)
         named = f"highest, {branch}" if bool(peak.notnull().any()) else None

@@ -32,8 +32,7 @@ def spectrum_figure(spectrum: xr.Dataset) -> Figure:
         for axes, (name, member) in zip(panels, shown, strict=True):
             amplitude_spectrum(member, axes, room_for=spectrum)
             axes.set_title(name, loc="left", fontsize=8.0)
-            if axes is not panels[-1]:
-                axes.set_xlabel("")
+            axes.label_outer()
 
     return styled(7.2, 2.8 if len(shown) == 1 else 0.4 + 1.7 * len(shown), draw, spectrum)
 

@@ -39,8 +39,8 @@ def probability_figure(result: xr.Dataset) -> Figure:
 
     def draw(figure: Figure) -> None:
         left, right = figure.subplots(1, 2, sharex=True, sharey=True)
-        _cells(result["probability"], result, left, "cividis", 1.0)
-        _cells((result["high"] - result["low"]).assign_attrs(long_name="width of the interval"), result, right, "Greys")
+        _cells(result["probability"], left, "cividis", 1.0)
+        _cells((result["high"] - result["low"]).assign_attrs(long_name="width of the interval"), right, "Greys")
         right.set_ylabel("")
 
     return styled(7.2, 3.1, draw)
@@ -56,18 +56,11 @@ def _curve(result: xr.Dataset, axes: Axes) -> None:
     axes.legend(loc="best")
 
 
-def _cells(values: xr.DataArray, result: xr.Dataset, axes: Axes, colours: str, most: float | None = None) -> None:
-    x, y = map(str, values.dims)
-    across, up = (result[name] for name in (x, y))
-    mesh = axes.pcolormesh(
-        edges(across),
-        edges(up),
-        values.transpose(y, x),
-        cmap=colours,
-        vmin=0.0 if most else None,
-        vmax=most,
-        rasterized=True,
-    )
+def _cells(values: xr.DataArray, axes: Axes, colours: str, most: float | None = None) -> None:
+    across, up = (values[dim] for dim in values.dims)
+    mesh = axes.pcolormesh(edges(across), edges(up), values.T, cmap=colours, rasterized=True)
+    if most:
+        mesh.set_clim(0.0, most)
     bar = axes.figure.colorbar(mesh, ax=axes, pad=0.02)
     there = np.unique(values.values[np.isfinite(values.values)])
     if there.size <= FEW and np.array_equal(there, np.round(there)):
@@ -196,7 +189,7 @@ def _slices(result: xr.Dataset, values: xr.DataArray) -> Figure:
             if "regime" in one:
                 regime_map(one, axes)
             else:
-                _cells(values.isel({third: int(pick)}), one, axes, "viridis")
+                _cells(values.isel({third: int(pick)}), axes, "viridis")
             place = one[third]
             axes.set_title(f"{third.replace('_', ' ')} {float(place):.4g}{unit_of(place)}", loc="left", fontsize=8.0)
         for axes in panels:
@@ -219,7 +212,7 @@ def _maps(shown: dict[str, xr.DataArray], result: xr.Dataset) -> Figure:
         panels = figure.subplots(rows, 2, squeeze=False).ravel()
         handles = cell_legend(np.full(failed.shape, len(Regime)), failed.values, np.zeros(1), result["outcome"])
         for axes, (name, values) in zip(panels, shown.items(), strict=False):
-            _cells(values.where(np.isfinite(values)), result, axes, "viridis")
+            _cells(values.where(np.isfinite(values)), axes, "viridis")
             x, y = map(str, values.dims)
             mark_failed(axes, edges(result[x]), edges(result[y]), failed.transpose(y, x).values)
             blank = bool((values.isnull() & ~failed).any())

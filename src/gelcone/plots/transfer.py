@@ -21,9 +21,11 @@ def transfer_figure(result: xr.Dataset) -> Figure:
     def draw(figure: Figure) -> None:
         axes: Any = figure.subplots(2, 2, sharex=True, height_ratios=[1.5, 1.0])
         frequency = result["drive_frequency"]
-        for column, names in enumerate((("gain", "phase"), ("admittance", "admittance_phase"))):
-            for row, name in enumerate(names):
-                own = axes[row, column]
+        for column, gain, words, phase in (
+            (0, "gain", "displacement over voltage", "phase"),
+            (1, "admittance", "current over voltage", "admittance_phase"),
+        ):
+            for own, name, meaning in zip(axes[:, column], (gain, phase), (words, "phase"), strict=True):
                 own.plot(frequency, _shown(result[name]), color=BLACK, label="linear theory")
                 for k in range(result.sizes["amplitude"]):
                     one = result.isel(amplitude=k)
@@ -32,15 +34,9 @@ def transfer_figure(result: xr.Dataset) -> Figure:
                     shown = _shown(one[f"measured_{name}"])
                     own.plot(result["measured_frequency"], shown, ms=4.0, mfc="none", label=label, **look)
                 own.axvline(float(result["natural_frequency"]), color=GREY, lw=0.6, ls="--")
-            if (result[names[0]] > 0.0).any():
+                own.set_ylabel(axis_label(result[name], meaning))
+            if (result[gain] > 0.0).any():
                 axes[0, column].set_yscale("log")
-        for row, column, name, words in (
-            (0, 0, "gain", "displacement over voltage"),
-            (1, 0, "phase", "phase"),
-            (0, 1, "admittance", "current over voltage"),
-            (1, 1, "admittance_phase", "phase"),
-        ):
-            axes[row, column].set_ylabel(axis_label(result[name], words))
         for own in axes[1]:
             log_ticks(own)
             if frequency.size > 1:

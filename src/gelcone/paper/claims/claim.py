@@ -30,7 +30,7 @@ class Claim:
     statement: str
     figure: int
     studies: tuple[str, ...]
-    check: Callable[[Studies], Finding]
+    check: Check
     without: tuple[str, ...] = ()
 
 
