@@ -79,7 +79,9 @@ def test_what_claims_call_small_and_large_is_what_is_drawn():
     ],
 )  # fmt: skip
 def test_a_sample_has_its_answer_where_the_window_is_known_too_or_plays_no_part(long, window, answered):
-    assert samples._answered(long, window) is answered
+    read, answers = lambda points: points["at"].values, iter((long, window))
+    points = xr.Dataset({"at": ("point", [1.0])})
+    assert samples.decided(lambda found: next(answers), read, read, points) is answered
 
 
 @pytest.mark.parametrize(

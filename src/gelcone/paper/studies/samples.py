@@ -44,6 +44,9 @@ FACTOR = 1.25
 DRAWN = ("drive_frequency", "spring_stiffness", "damping_ratio")
 VOLTAGES, SET_VOLTAGES, DAMPINGS, LIMITS = 10, 5, 8, 4
 """Values at each draw of samples with inner parameters."""
+LOWER = np.geomspace(0.52, LIMIT_THRESHOLD / ABOUT, LIMITS, endpoint=False)
+HIGHER = np.geomspace(100.0, LIMIT_THRESHOLD * ABOUT, LIMITS, endpoint=False)
+"""Stretch limits on both sides of the threshold, each from its far end."""
 HIGH = 1.6
 """Lowest high voltage."""
 STRETCHES = (0.4, 2.0)
@@ -56,26 +59,20 @@ MODES = ("radial", "equibiaxial")
 Read = Callable[["xr.Dataset"], Array]
 
 
-def nearly_all(read: Read, finite: Read, points: xr.Dataset) -> bool:
-    """Whether a sample decides if a statement holds at nearly all points (in the long run, and else over the finite
-    window)."""
-    long, window = (share_of(points, truths(points)).exceeds(NEARLY_ALL) for truths in (read, finite))
-    return _answered(long, window)
+def decided(holds: Callable[[Share], Truth], read: Read, finite: Read, points: xr.Dataset) -> bool:
+    """Whether a sample decides if a statement ``holds`` (in the long run, and else over the finite window)."""
+    long, window = (holds(share_of(points, truths(points))) for truths in (read, finite))
+    return long is True or (long is False and window is not None)
 
 
-def never(read: Read, finite: Read, points: xr.Dataset) -> bool:
-    """Whether a sample decides if a statement holds at every point (in the long run, and else over the finite
-    window)."""
-    return _answered(*(holds_throughout(share_of(points, truths(points))) for truths in (read, finite)))
+def holds_nearly(found: Share) -> Truth:
+    """Whether a statement holds at nearly all points."""
+    return found.exceeds(NEARLY_ALL)
 
 
 def holds_throughout(found: Share) -> Truth:
     """Whether a statement holds at every point, of enough points to be certain."""
     return every(found.failing == 0, found.exceeds(NEARLY_ALL) if not found.failing else True)
-
-
-def _answered(long: Truth, window: Truth) -> bool:
-    return long is True or (long is False and window is not None)
 
 
 def half(*reads_and_points: Any) -> bool:
@@ -84,13 +81,13 @@ def half(*reads_and_points: Any) -> bool:
     return all(share_of(points, read(points)).exceeds(WIDE) is not None for read in reads)
 
 
-def _voltage(name: str, low: float, high: float, answered: Callable[[xr.Dataset], bool]) -> Sample:
-    return Sample(name, "base", {"voltage": (low, high)}, answered)
+def _voltage(name: str, low: float, high: float, holds: Callable[[Share], Truth], read: Read, finite: Read) -> Sample:
+    return Sample(name, "base", {"voltage": (low, high)}, partial(decided, holds, read, finite))
 
 
 def _limit(name: str, low: float, high: float, read: Read, finite: Read) -> Sample:
     drawn, own = {"stretch_limit": (low, high)}, {"voltage": PANELS["fast", "stretch_limit"]}
-    return Sample(name, "fast", drawn, partial(nearly_all, read, finite), own, logarithmic=True)
+    return Sample(name, "fast", drawn, partial(decided, holds_nearly, read, finite), own, logarithmic=True)
 
 
 def rows_without_chaos(points: xr.Dataset) -> Array:
@@ -131,8 +128,8 @@ def rows_same(points: xr.Dataset) -> Array:
 
 SAMPLES: dict[str, tuple[Sample, ...]] = {
     "share-voltage": (
-        _voltage("below", 0.0, VOLTAGE_THRESHOLD, partial(never, reading.not_positive, reading.finite_not_positive)),
-        _voltage("above", VOLTAGE_THRESHOLD, HIGHEST, partial(nearly_all, reading.positive, finite_positive)),
+        _voltage("below", 0.0, VOLTAGE_THRESHOLD, holds_throughout, reading.not_positive, reading.finite_not_positive),
+        _voltage("above", VOLTAGE_THRESHOLD, HIGHEST, holds_nearly, reading.positive, finite_positive),
     ),
     "share-limit": (
         _limit("below", 0.52, LIMIT_THRESHOLD / ABOUT, chaotic, finite_positive),
@@ -143,7 +140,7 @@ SAMPLES: dict[str, tuple[Sample, ...]] = {
             "damping ratio",
             "base",
             {"damping_ratio": (0.0, HIGHEST)},
-            partial(never, reading.without_chaos, reading.finite_not_positive),
+            partial(decided, holds_throughout, reading.without_chaos, reading.finite_not_positive),
             {"voltage": PANELS["base", "damping_ratio"]},
         ),
     ),
@@ -162,14 +159,7 @@ SAMPLES: dict[str, tuple[Sample, ...]] = {
             "fast",
             {"voltage": (0.7, 1.6)},
             partial(half, reading.parted),
-            inner={
-                "stretch_limit": np.concatenate(
-                    [
-                        np.geomspace(0.52, LIMIT_THRESHOLD / ABOUT, LIMITS, endpoint=False),
-                        np.geomspace(100.0, LIMIT_THRESHOLD * ABOUT, LIMITS, endpoint=False)[::-1],
-                    ]
-                )
-            },
+            inner={"stretch_limit": np.concatenate([LOWER, HIGHER[::-1]])},
         ),
     ),
     "share-high-voltage": tuple(
@@ -206,14 +196,8 @@ def neighbours(effort: Effort, progress: Progress) -> xr.Dataset:
     base = find_preset("base").model
     voltages = np.linspace(VOLTAGE_THRESHOLD, HIGHEST, SET_VOLTAGES)
     drawn = {name: (float(getattr(base, name)) / FACTOR, float(getattr(base, name)) * FACTOR) for name in DRAWN}
-    sample = Sample(
-        "set",
-        "base",
-        drawn,
-        partial(half, rows_positive, rows_about_six, rows_ordered),
-        inner={"voltage": voltages},
-        logarithmic=True,
-    )
+    answered = partial(half, rows_positive, rows_about_six, rows_ordered)
+    sample = Sample("set", "base", drawn, answered, inner={"voltage": voltages}, logarithmic=True)
     result = sampled((sample,), effort, lambda done: progress(0.8 * done), _of_sets)
     offsets = NEARBY * np.linspace(-1.0, 1.0, STARTS)
     preset = effort.preset("base")
