@@ -111,8 +111,7 @@ def branch_strokes(response: xr.Dataset, followed: xr.Dataset, axes: Axes) -> No
     """The stroke of each branch, faint where the model does not hold, with events and flags, over grey brute force."""
     frequency = response["drive_frequency"].values
     grey: dict[str, Any] = {"ls": "", "marker": ".", "color": BRUTE_FORCE, "ms": 5.0, "mec": "none", "zorder": 1.0}
-    brute = [*response["stroke"].values, *response["fixed_stroke"].values]
-    for values in brute:
+    for values in (*response["stroke"].values, *response["fixed_stroke"].values):
         axes.plot(frequency, values, **grey)
     for own, parts in branches_of(followed):
         for which, style, width, alpha in parts:

@@ -45,31 +45,31 @@ def values_figure(result: xr.Dataset) -> Figure:
     Numbers that are constant along the axis have panels only if all are constant.
     """
     numbers = {str(name): v for name, v in result.data_vars.items() if is_number(v)}
-    along = next((str(dim) for v in numbers.values() for dim in v.dims if axis_of(result, str(dim)) is not None), None)
+    axes_there = (axis_of(result, str(dim)) for v in numbers.values() for dim in v.dims)
+    axis = next((one for one in axes_there if one is not None), None)
+    along = None if axis is None else str(axis.dims[0])
     curves = {name: v for name, v in numbers.items() if along in v.dims and np.isfinite(v).any()}
     varying = [name for name, v in curves.items() if bool((v.max(along) > v.min(along)).any())]
     shown = (varying or list(curves))[:MOST_PANELS]
     known = {name: v for name, v in numbers.items() if np.isfinite(v).any()} or numbers
     bars = {name: v for name, v in known.items() if not set(name.split("_")) & set(WIDTHS)}
-    if along is None and are_bars(bars):
+    if axis is None and are_bars(bars):
         return styled(6.4, 0.9 + BAR_HEIGHT * len(bars), lambda figure: draw_bars(result, bars, figure))
     texts = [
         "\n  ".join(textwrap.wrap(number_text(v, name), LINE_WIDTH, break_on_hyphens=False))
         for name, v in known.items()
     ]
-    height = 0.25 * len(texts) + 0.13 * "".join(texts).count("\n") if along is None else 1.4 * len(shown)
+    height = 0.25 * len(texts) + 0.13 * "".join(texts).count("\n") if axis is None else 1.4 * len(shown)
 
     def draw(figure: Figure) -> None:
         figure.suptitle(_title(result), fontsize=9.0)
-        if along is None:
+        if axis is None:
             write_lines(texts, figure.add_subplot())
             return
         panels = figure.subplots(len(shown), 1, sharex=True, squeeze=False)[:, 0]
         for axes, name in zip(panels, shown, strict=True):
-            draw_curves(result, curves[name], along, axes)
-        axis = axis_of(result, along)
-        if axis is not None:
-            panels[-1].set_xlabel(axis_label(axis, str(axis.name)))
+            draw_curves(curves[name], axis, axes)
+        panels[-1].set_xlabel(axis_label(axis, str(axis.name)))
 
     return styled(5.6, 0.8 + height, draw)
 
@@ -123,13 +123,11 @@ def axis_of(result: xr.Dataset, dim: str) -> xr.DataArray | None:
     return next((c for c in along if c.dtype.kind in "fiu" and np.ptp(c.values) > 0.0), None)
 
 
-def draw_curves(result: xr.Dataset, variable: xr.DataArray, along: str, axes: Axes) -> None:
+def draw_curves(variable: xr.DataArray, axis: xr.DataArray, axes: Axes) -> None:
     """One variable over the axis, a curve for each of its first entries along other dims."""
     from matplotlib.ticker import MaxNLocator
 
-    axis = axis_of(result, along)
-    if axis is None:
-        return
+    along = str(axis.dims[0])
     rows = variable.transpose(along, ...).values.reshape(variable.sizes[along], -1)[:, :MOST_CURVES]
     counted = axis.dtype.kind in "iu"  # such as harmonics: no line joins them
     names = curve_names(variable, along)
