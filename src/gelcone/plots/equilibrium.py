@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.amounts import measured, unit_of
-from gelcone.codes import Outcome
 from gelcone.physics.balance import PullIn
 from gelcone.plots.branches import with_neighbours
 from gelcone.plots.regime import invalid_cells
 from gelcone.plots.response import members
+from gelcone.plots.section import failure
 from gelcone.plots.style import BLACK, BLUE, CYCLE, GREY, UNHELD, VERMILION, name_axes, name_faint, styled
 from gelcone.words import evenly
 
@@ -177,6 +177,5 @@ def split_by_stability(
 
 def note_failure(member: xr.Dataset, axes: Axes) -> None:
     """Writes the reason of a failed member."""
-    if int(member["outcome"]):
-        text = f"failed: {Outcome(int(member['outcome'])).words}"
-        axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", color=VERMILION)
+    if words := failure(member):
+        axes.text(0.5, 0.5, words, transform=axes.transAxes, ha="center", color=VERMILION)

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gelcone.amounts import rate_unit, time_unit, with_error
-from gelcone.codes import Outcome
 from gelcone.plots.response import members
+from gelcone.plots.section import failure
 from gelcone.plots.style import CYCLE, GREY, styled
 from gelcone.words import SIGNS
 
@@ -74,8 +74,8 @@ def draw_member(member: xr.Dataset, name: str, colour: str, axes: Axes) -> None:
 
 def verdict(member: xr.Dataset) -> str:
     """The long-run value with its error, and whether its sign is certain; or the failure."""
-    if int(member["outcome"]):
-        return f"failed: {Outcome(int(member['outcome'])).words}"
+    if words := failure(member):
+        return words
     value = with_error(float(member["lyapunov"][0]), float(member["standard_error"][0]))
     return f"{value}\n{SIGNS[int(member['sign'])]}"
 
