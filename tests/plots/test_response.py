@@ -206,6 +206,15 @@ def test_behind_a_circuit_the_voltage_on_the_film_is_drawn_over_the_commanded_on
     assert (commanded.get_color(), own.get_color()) == (GREY, VERMILION)
 
 
+def test_an_ensemble_of_one_is_drawn_as_a_single_run():
+    one, alone = (response_figure(simulate(ConeModel(voltage=v), periods=2)) for v in ([0.5], 0.5))
+    assert len(one.axes) == len(alone.axes)
+    for own, other in zip(one.axes, alone.axes, strict=True):
+        assert [text.get_text() for text in own.texts] == [text.get_text() for text in other.texts]
+        for line, same in zip(own.lines, other.lines, strict=True):
+            np.testing.assert_array_equal(data_of(line), data_of(same))
+
+
 def test_each_member_has_its_time_response_and_its_phase_portrait():
     response = RESPONSES["ensemble"]()
     axes = response_figure(response).axes
