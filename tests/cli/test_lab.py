@@ -112,16 +112,18 @@ def test_numbers_of_branches_are_whole(text):
 
 
 DRAWN = {
-    (): None,
-    ("--uncertain", "film_thickness=0.2 mm~0.01 mm", "--count", "8", "--seed", "5"): (
-        None, ("film_thickness=0.2 mm~0.01 mm",), {"count": 8, "method": "sobol", "seed": 5},
-    ),
-    ("--samples", "draws.nc"): (Path("draws.nc"), (), {"count": 64, "method": "sobol", "seed": 0}),
-    ("--samples", "draws.nc", "--uncertain", "a=1:2", "--method", "latin-hypercube"): (
-        Path("draws.nc"), ("a=1:2",), {"count": 64, "method": "latin-hypercube", "seed": 0},
-    ),
+    (): {"samples": None, "uncertain": ()},
+    ("--uncertain", "film_thickness=0.2 mm~0.01 mm", "--count", "8", "--seed", "5"): {
+        "samples": None, "uncertain": ("film_thickness=0.2 mm~0.01 mm",), "count": 8, "method": "sobol", "seed": 5,
+    },
+    ("--samples", "draws.nc"): {
+        "samples": Path("draws.nc"), "uncertain": (), "count": 64, "method": "sobol", "seed": 0,
+    },
+    ("--samples", "draws.nc", "--uncertain", "a=1:2", "--method", "latin-hypercube"): {
+        "samples": Path("draws.nc"), "uncertain": ("a=1:2",), "count": 64, "method": "latin-hypercube", "seed": 0,
+    },
 }  # fmt: skip
-"""What is typed of draws, and what the sheet is computed of; None: of the device alone."""
+"""What is typed of draws, and what reaches the run."""
 
 
 @pytest.mark.parametrize("drawn", DRAWN)
@@ -132,15 +134,14 @@ def test_a_data_sheet_is_also_a_page_where_files_are_written(drawn, more, monkey
     monkeypatch.setattr("gelcone.plots.plot", lambda result: f"page of {result}")
     monkeypatch.setattr(style, "save_figure", lambda figure, path, force: pages.append((figure, path, force)))
 
-    def run(analysis, *given, out, force, as_json, draw, **typed):
+    def run(analysis, *, out, force, as_json, draw, **typed):
         ran.append((analysis.name, out, force, as_json))
-        assert given == (DRAWN[drawn] or ())
+        assert {name: typed[name] for name in DRAWN[drawn]} == DRAWN[drawn]
         if out is not None:
             assert draw("the sheet") == "page of the sheet"
         return 1
 
     monkeypatch.setattr(lab, "run", run)
-    monkeypatch.setattr(lab, "run_drawn", run)
     code, out, _ = command_line("datasheet", "biased-pump", *drawn, *more)
     place = Path("there") if more else None
     assert (code, ran) == (1, [("datasheet", place, "--force" in more, "--json" in more)])

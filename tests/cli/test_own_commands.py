@@ -60,10 +60,9 @@ def calls(monkeypatch):
     found = Calls()
     for home, name in (
         (design, "design"), (page, "compare_measured"), (material, "fit_material"), (device, "fit_device"),
-        (device, "plan_device"), (run, "run"), (export, "export"), (studio, "start"), (command, "run_drawn"),
+        (device, "plan_device"), (run, "run"), (export, "export"), (studio, "start"),
     ):  # fmt: skip
         found.instead_of(monkeypatch, home, name)
-    monkeypatch.setattr(lab, "run_drawn", command.run_drawn)
     monkeypatch.setattr(read, "read_samples", lambda path, drawn, subject: (str(path), drawn))
     monkeypatch.setattr(coupons, "read_tests", lambda *paths: list(map(str, paths)))
     monkeypatch.setattr(device_tests, "read_device_tests", str)
@@ -316,16 +315,17 @@ def test_the_methods_and_seeds_of_draws_reach_the_draw(monkeypatch):
 
 
 @pytest.mark.parametrize("way", [("--samples", "draws.nc"), ("--uncertain", "damping_ratio=0.1:0.2")])
-def test_a_data_sheet_of_draws_is_run_as_was_typed(way, command_line, calls):
+def test_a_data_sheet_of_draws_is_run_as_was_typed(way, command_line, calls, monkeypatch):
     drawn = ("--count", "8", "--seed", "3", "--over", "voltage=0.1,0.2")
+    calls.instead_of(monkeypatch, command, "_run_draws")
+    monkeypatch.setattr(command, "read_samples", lambda path, texts, subject: (path, texts))
+    monkeypatch.setattr(command, "read_draws", lambda texts, subject, **how: (texts, how))
     name, found, _ = ask(command_line, calls, "datasheet", *way, *drawn)
-    assert name == "run_drawn"
-    assert found["analysis"] is ANALYSES["datasheet"]
-    assert found["samples"] == (Path("draws.nc") if way[0] == "--samples" else None)
-    assert found["uncertain"] == (() if way[0] == "--samples" else (way[1],))
-    assert found["drawn"] == {"count": 8, "method": "sobol", "seed": 3}
-    assert found["typed"]["over"] == ("voltage=0.1,0.2",)
-    assert (found["typed"]["out"], found["typed"]["force"], found["typed"]["as_json"]) == (None, False, False)
+    assert (name, found["analysis"]) == ("_run_draws", ANALYSES["datasheet"])
+    how = {"count": 8, "method": "sobol", "seed": 3, "indices": False}
+    assert found["draws"] == ((Path("draws.nc"), ()) if way[0] == "--samples" else ((way[1],), how))
+    assert found["given"] == {"over": ("voltage=0.1,0.2",)}
+    assert (found["out"], found["how"]["force"], found["how"]["as_json"]) == (None, False, False)
 
 
 def test_the_samples_of_a_sweep_are_read_with_what_else_is_uncertain(command_line, monkeypatch):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,6 +13,7 @@ from gelcone.analyses.answer import check_folder
 from gelcone.analyses.ask import answers_of, arguments_of, drawn_answers
 from gelcone.analyses.draws import drawn_options, read_draws, read_samples
 from gelcone.cli.options import (
+    HOW_DRAWN,
     drive_parameters,
     help_of,
     option_parameters,
@@ -75,14 +76,20 @@ def run(
     draw: Callable[..., Figure] = plot,
     **typed: Any,
 ) -> int:
-    """Reads what was typed, runs the analysis and delivers its result, drawn by ``draw``."""
+    """Reads what was typed, runs the analysis, of draws where they are given, and delivers its result, drawn by
+    ``draw``."""
     if analysis.arguments:
         typed |= _in_places(analysis, typed.pop("words"))
-    subject, samples = subject_of(typed), typed.pop("samples", None)
+    subject, samples, uncertain = subject_of(typed), typed.pop("samples", None), typed.pop("uncertain", ())
+    how = {name: typed.pop(name) for name in HOW_DRAWN if name in typed}
     given = {name: value for name, value in typed.items() if value is not None}
-    if samples is not None:
-        output = {"force": force, "as_json": as_json, "draw": draw}
-        return _run_draws(analysis, subject, read_samples(samples, (), subject), given, out=out, **output)
+    if uncertain or samples is not None:
+        draws = (
+            read_samples(samples, uncertain, subject)
+            if samples is not None
+            else read_draws(uncertain, subject, indices=False, **how)
+        )
+        return _run_draws(analysis, subject, draws, given, out=out, force=force, as_json=as_json, draw=draw)
     arguments = arguments_of(analysis, subject, given)
     check_folder(out, analysis.command, force)
     with progress_bar(analysis.command) as progress:
@@ -91,20 +98,6 @@ def run(
         with subject.axes_as_typed(given.get("over", ()), analysis), device_words(subject.device):
             result = plain(analysis.call)(subject.target if analysis.planned else subject.model, **arguments)
     return deliver(answers_of(analysis), result, subject, out, force, as_json, draw)
-
-
-def run_drawn(
-    analysis: Analysis, samples: Path | None, uncertain: Sequence[str], drawn: Mapping[str, Any], **typed: Any
-) -> int:
-    """Runs an analysis of draws, from a file or of distributions that are ``drawn`` so, and delivers what they show."""
-    output = {name: typed.pop(name) for name in ("out", "force", "as_json", "draw")}
-    subject = subject_of(typed)
-    given = {name: value for name, value in typed.items() if value is not None}
-    if samples is None:
-        draws = read_draws(uncertain, subject, indices=False, **drawn)
-    else:
-        draws = read_samples(samples, uncertain, subject)
-    return _run_draws(analysis, subject, draws, given, **output)
 
 
 def _run_draws(

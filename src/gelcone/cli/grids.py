@@ -22,6 +22,7 @@ from gelcone.atlas.record import show, stored_sweep
 from gelcone.atlas.sweep import check_sweepable, sweep
 from gelcone.cli.lists import print_device
 from gelcone.cli.options import (
+    HOW_DRAWN,
     OUTPUT,
     PLACE,
     help_of,
@@ -197,10 +198,7 @@ def run_sweep(
     over: tuple[str, ...],
     uncertain: tuple[str, ...],
     samples: Path | None,
-    count: int,
-    method: Any,
     indices: bool,
-    seed: int,
     analysis: str,
     keep: tuple[str, ...],
     resume: Path | None,
@@ -215,11 +213,11 @@ def run_sweep(
         subject = subject_of(typed)
         check_one(subject.model, "sweep")
         found = find_analysis(analysis.replace("-", "_"))
-        wanted_indices = indices and found.name == "regime"
+        drawn = {name: typed.pop(name) for name in HOW_DRAWN}
         if samples is not None:
             draws = read_samples(samples, uncertain, subject)
         else:
-            draws = read_draws(uncertain, subject, count=count, method=method, seed=seed, indices=wanted_indices)
+            draws = read_draws(uncertain, subject, indices=indices and found.name == "regime", **drawn)
         if not (over or draws):
             one = example(subject.device, "voltage" if subject.device is None else "frequency")
             raise InputError(f"--over: is not given; give what is swept, such as {one}, or --uncertain")

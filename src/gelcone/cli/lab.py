@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gelcone.cli.command import command_of, run, run_drawn
+from gelcone.cli.command import command_of, run
 from gelcone.cli.options import PLACE, output_parameters, samples_parameter, uncertain_parameters
 from gelcone.cli.output import Output, progress_bar
 from gelcone.errors import InputError
@@ -202,18 +202,8 @@ def datasheet_command() -> click.Command:
     return command
 
 
-def run_datasheet(
-    *,
-    uncertain: tuple[str, ...],
-    count: int,
-    method: Any,
-    seed: int,
-    samples: Path | None,
-    out: Path | None,
-    force: bool,
-    **typed: Any,
-) -> int:
-    """Reads what was typed, computes the sheet, of draws with its tolerances, and delivers it, also as PDF."""
+def run_datasheet(*, out: Path | None, force: bool, **typed: Any) -> int:
+    """Runs the analysis as it was typed, and writes its figure as PDF, too."""
     from gelcone.plots import plot, style
 
     pages: list[Figure] = []
@@ -224,13 +214,7 @@ def run_datasheet(
 
     page = None if out is None else out / "datasheet.pdf"
     check_writable([] if page is None else [page], force=force)
-    sheet = find_analysis("datasheet")
-    output: dict[str, Any] = {"out": out, "force": force, "draw": draw}
-    if not uncertain and samples is None:
-        code = run(sheet, **output, **typed)
-    else:
-        drawn = {"count": count, "method": method, "seed": seed}
-        code = run_drawn(sheet, samples, uncertain, drawn, **output, **typed)
+    code = run(find_analysis("datasheet"), out=out, force=force, draw=draw, **typed)
     if page is not None:
         style.save_figure(pages[-1], page, force=force)
         if not typed["as_json"]:

@@ -110,6 +110,9 @@ def samples_parameter() -> click.Parameter:
     )  # fmt: skip
 
 
+HOW_DRAWN = ("count", "method", "seed")
+
+
 def uncertain_parameters() -> list[click.Parameter]:
     """--uncertain, and how it is drawn: --count, --method and --seed."""
     return [
