@@ -39,21 +39,21 @@ def test_an_analysis_answers_in_its_own_words_or_as_a_table(name):
     assert of_draws.words.__name__ == "over_draws_words"
 
 
-def made(name, *options, planned=False):
+def made(name, *options):
     """An analysis with options of quantities: (name, quantity, many)."""
     own = {
         option: SimpleNamespace(flags=(f"--{option}",), quantity=quantity, kind=None if many else float)
         for option, quantity, many in options
     }
-    return SimpleNamespace(name=name, options=own, planned=planned)
+    return SimpleNamespace(name=name, options=own)
 
 
-@pytest.mark.parametrize("planned", [False, True])
-def test_options_are_read_in_the_units_that_the_analysis_takes(planned, pump):
-    analysis = made("own", ("times", "time", True), ("volts", "voltage", False), ("count", "", False), planned=planned)
+@pytest.mark.parametrize("in_si", [False, True])
+def test_options_are_read_in_the_units_that_the_analysis_takes(in_si, pump):
+    analysis = made("own", ("times", "time", True), ("volts", "voltage", False), ("count", "", False))
     given = {"times": "1 ms, 2 ms", "volts": " 1 kV ", "count": "3", "other": 4.0}
-    found = ask.read_options(analysis, Subject(pump.to_model(), pump, None), given)
-    time, volt = (1.0, 1.0) if planned else (pump.scales.time, pump.scales.voltage)
+    found = ask.read_options(analysis, Subject(pump.to_model(), pump, None), given, in_si=in_si)
+    time, volt = (1.0, 1.0) if in_si else (pump.scales.time, pump.scales.voltage)
     assert set(found) == {"times", "volts"}
     np.testing.assert_allclose(found["times"] * time, [1e-3, 2e-3], rtol=1e-12)
     assert found["volts"] * volt == pytest.approx(1000.0, rel=1e-12)

@@ -168,9 +168,9 @@ def arguments_of(analysis: Analysis, subject: Subject, given: Mapping[str, Any])
     """
     if analysis.single:
         check_one(subject.model, analysis.command)
-    given = {**given, **read_options(analysis, subject, given)}
+    given = {**given, **read_options(analysis, subject, given, in_si=analysis.planned)}
     reader = getattr(import_module(f"gelcone.analyses.{analysis.answers}"), f"{analysis.name}_arguments", None)
-    arguments: dict[str, Any] = reader(subject, given) if reader else dict(given)
+    arguments: dict[str, Any] = reader(subject, given) if reader else given
     if analysis.axes:
         arguments |= subject.axes(arguments.pop("over", ()), analysis)
     if "initial" in analysis.signature.parameters:
@@ -190,18 +190,16 @@ def warn_at_rest(subject: Subject) -> None:
             warnings.warn(named, DoubtfulInput, stacklevel=2)
 
 
-def read_options(analysis: Analysis, subject: Subject, given: Mapping[str, Any]) -> dict[str, Any]:
-    """Options of an analysis that measure something, read from their texts: in SI for a plan, else dimensionless.
+def read_options(
+    analysis: Analysis, subject: Subject, given: Mapping[str, Any], *, in_si: bool = False
+) -> dict[str, Any]:
+    """Options of an analysis that measure something, read from their texts: dimensionless or, with a device, ``in_si``.
 
     A value that is not a text is dimensionless.
     """
-    texts = {name for name, value in given.items() if isinstance(value, str)}
-    measured = {name: option for name, option in analysis.options.items() if option.quantity and name in texts}
     numbers: dict[str, Any] = {}
-    for name, option in measured.items():
-        shown, text = option.flags[0], str(given[name])
-        if option.kind is None:
-            numbers[name] = read_measures(shown, text, option.quantity, subject.device, in_si=analysis.planned)
-        else:
-            numbers[name] = read_measure(shown, text.strip(), option.quantity, subject.device, in_si=analysis.planned)
+    for name, option in analysis.options.items():
+        if option.quantity and isinstance(text := given.get(name), str):
+            read = read_measures if option.kind is None else read_measure
+            numbers[name] = read(option.flags[0], text.strip(), option.quantity, subject.device, in_si=in_si)
     return numbers

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from gelcone.amounts import unit_of
 from gelcone.analyses.answer import heading
 from gelcone.analyses.swept import read_over
+from gelcone.analyses.values import is_number
 from gelcone.atlas.branches.attached import attached_branches
 from gelcone.errors import InputError
 from gelcone.words import branch_endings, event_label, shortened, validity_in_words
@@ -21,37 +22,27 @@ if TYPE_CHECKING:
     from gelcone.analyses.request import Subject
 
 
-def continue_branch_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, Any]:
+def continue_branch_arguments(subject: Subject, given: dict[str, Any]) -> dict[str, Any]:
     """The arguments of `gelcone.continue_branch`."""
     name, low, high = (str(given[key]) for key in ("parameter", "low", "high"))
-    _check_order(name, low, high)
-    with _in_words(name, low, high):
-        ((parameter, ends),) = subject.over([f"{name}={low}:{high}:2"]).items()
-    arguments = {key: value for key, value in given.items() if key not in ("parameter", "low", "high")}
-    if "start" in arguments:
-        arguments["start"] = _start(str(arguments["start"]))
-    return {"parameter": parameter, "low": float(ends[0]), "high": float(ends[-1]), **arguments}
+    parameter, *ends = _interval(name, low, high, subject.over)
+    if "start" in given:
+        given["start"] = _start(str(given["start"]))
+    return {**given, "parameter": parameter, "low": ends[0], "high": ends[1]}
 
 
-@contextmanager
-def _in_words(name: str, low: str, high: str) -> Iterator[None]:
-    """Report errors of ``--over NAME=from:to:2`` in the words of a command that takes NAME FROM TO."""
+def _interval(name: str, low: str, high: str, read: Callable[[list[str]], dict[str, Any]]) -> tuple[str, float, float]:
+    """The name and the ends of an interval, by a function that takes ``NAME=from:to:2``; errors are in the words of a
+    command that takes NAME FROM TO."""
+    if is_number(low) and is_number(high) and float(low) >= float(high):
+        what = "is empty" if float(low) == float(high) else "is reversed"
+        raise InputError(f"{name} from {low} to {high}: {what}; give the lower end first, as in {name} 0.5 1.5")
     try:
-        yield
+        ((found, ends),) = read([f"{name}={low}:{high}:2"]).items()
     except InputError as error:
         named = str(error).replace(f"--over {name} '{low}:{high}:2'", f"{name} from {low} to {high}")
         raise InputError(named.replace(f"{low}:{high}:2", f"{low} {high}").replace("--over ", "")) from None
-
-
-def _check_order(name: str, low: str, high: str) -> None:
-    """`InputError` for two equal or reversed numbers, in the words of the command."""
-    try:
-        reversed_ends = float(low) >= float(high)
-    except ValueError:
-        return
-    if reversed_ends:
-        what = "is empty" if float(low) == float(high) else "is reversed"
-        raise InputError(f"{name} from {low} to {high}: {what}; give the lower end first, as in {name} 0.5 1.5")
+    return found, float(ends[0]), float(ends[-1])
 
 
 def _start(text: str) -> Any:
@@ -142,7 +133,7 @@ def _check_lines(shown: xr.Dataset, name: str) -> list[str]:
 # --- loci -------------------------------------------------------------------------------------------------------------
 
 
-def locus_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, Any]:
+def locus_arguments(subject: Subject, given: dict[str, Any]) -> dict[str, Any]:
     """The arguments of `gelcone.locus`."""
     over: dict[str, tuple[float, float]] = {}
     for text in given.get("over", ()):
@@ -150,18 +141,15 @@ def locus_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, Any
         parts = ends.split(":")
         if len(parts) not in (2, 3) or not name:
             raise InputError(f"--over {text}: must be NAME=from:to, for example --over voltage=0.9:1.5")
-        _check_order(name, parts[0], parts[1])
         if name in over:
             raise InputError(f"--over {name}: is given twice; give it once")
-        with _in_words(name, parts[0], parts[1]):
-            typed = [f"{name}={parts[0]}:{parts[1]}:2"]
-            ((_, between),) = read_over(typed, subject.device, subject.model.system).items()
-        over[name] = (float(between[0]), float(between[-1]))
+        read = partial(read_over, device=subject.device, system=subject.model.system)
+        over[name] = _interval(name, parts[0], parts[1], read)[1:]
     if len(over) != 2:
         raise InputError(
             f"--over: a locus takes two parameters, not {len(over)}; for example {_two_intervals(subject)}"
         )
-    return {"over": over, **{key: value for key, value in given.items() if key != "over"}}
+    return {**given, "over": over}
 
 
 def _two_intervals(subject: Subject) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -62,7 +61,7 @@ def drawn_options(analysis: Analysis, subject: Subject, given: Mapping[str, Any]
     them."""
     options = dict(given)
     over = options.pop("over", ())
-    options |= read_options(replace(analysis, takes="device"), subject, options)
+    options |= read_options(analysis, subject, options, in_si=True)
     return options | (subject.axes(over, analysis, in_si=True) if analysis.axes else {})
 
 

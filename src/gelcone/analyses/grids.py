@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -36,18 +36,17 @@ if TYPE_CHECKING:
 # --- bifurcation diagrams ---------------------------------------------------------------------------------------------
 
 
-def bifurcation_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, Any]:
+def bifurcation_arguments(subject: Subject, given: dict[str, Any]) -> dict[str, Any]:
     """The arguments of `gelcone.bifurcation`."""
-    swept = subject.over(given.get("over", ()))
+    swept = subject.over(given.pop("over", ()))
     if len(swept) != 1:
         one = example(subject.device, "voltage" if subject.device is None else "voltage_amplitude")
         other = "two make a `gelcone map`" if len(swept) == 2 else f"for example {one}"
         raise InputError(f"--over: a bifurcation diagram takes one parameter, not {len(swept)}; {other}")
     ((name, values),) = swept.items()
-    arguments = {key: value for key, value in given.items() if key != "over"}
-    if "sweeps" in arguments:
-        arguments["sweeps"] = read_sweeps(arguments["sweeps"])
-    return {"parameter": name, "values": values, **arguments}
+    if "sweeps" in given:
+        given["sweeps"] = read_sweeps(given["sweeps"])
+    return {"parameter": name, "values": values, **given}
 
 
 def read_sweeps(text: str) -> list[str]:
@@ -358,11 +357,10 @@ def totals_text(totals: dict[str, Any]) -> str:
 # --- basins -----------------------------------------------------------------------------------------------------------
 
 
-def basin_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, Any]:
+def basin_arguments(subject: Subject, given: dict[str, Any]) -> dict[str, Any]:
     """The arguments of `gelcone.basin`."""
     subject.without_initial("a basin starts from a grid of states; give --over displacement=... and velocity=...")
-    others = {name: value for name, value in given.items() if name != "over"}
-    return {"over": read_states(given.get("over", ()), subject.device, subject.model.system), **others}
+    return {**given, "over": read_states(given.get("over", ()), subject.device, subject.model.system)}
 
 
 def basin_words(shown: xr.Dataset, subject: Subject) -> str:

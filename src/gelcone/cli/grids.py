@@ -296,8 +296,7 @@ def _plan(
     analysis: Analysis, subject: Subject, over: dict[str, Any], draws: dict[str, Any], typed: dict[str, Any]
 ) -> Plan:
     """The plan of a sweep; options that the analysis does not have are refused with the plan."""
-    planned = replace(analysis, takes="device")
-    options = {**typed, **read_options(planned, subject, typed)}
+    options = {**typed, **read_options(analysis, subject, typed, in_si=True)}
     return Plan(subject.target, over, subject.beginning, draws, options)
 
 
