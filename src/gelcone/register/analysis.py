@@ -146,29 +146,24 @@ class Analysis:
     @cached_property
     def options(self) -> Mapping[str, Option]:
         """The options by name, in the order of the signature."""
-        explained = explanations(self.call)
-        return {
-            name: self._option(name, parameter, *explained.get(name, ("", "")))
-            for name, parameter in self.signature.parameters.items()
-            if name in self.flags or name not in (*NOT_OPTIONS, *self.arguments, *self.axes)
-        }
+        others = (*NOT_OPTIONS, *self.arguments, *self.axes)
+        names = (name for name in self.signature.parameters if name in self.flags or name not in others)
+        return {name: self._option(name) for name in names}
 
     @cached_property
     def axis_options(self) -> Mapping[str, Option]:
         """Keyword of an axis -> it as an option, in the order in which the axes are declared."""
-        explained = explanations(self.call)
-        return {
-            name: self._option(name, self.signature.parameters[name], *explained.get(name, ("", "")))
-            for name in self.axes
-        }
+        return {name: self._option(name) for name in self.axes}
 
     @property
     def quantities(self) -> Mapping[str, str]:
         """Option or keyword of an axis -> the quantity that it measures; empty for a pure number."""
         return {name: option.quantity for name, option in {**self.options, **self.axis_options}.items()}
 
-    def _option(self, name: str, parameter: inspect.Parameter, explanation: str, unset: str) -> Option:
-        default = None if parameter.default is inspect.Parameter.empty else parameter.default
+    def _option(self, name: str) -> Option:
+        default = self.signature.parameters[name].default
+        default = None if default is inspect.Parameter.empty else default
+        explanation, unset = explanations(self.call).get(name, ("", ""))
         type_, quantity = annotation_of(self.call, name)
         flags = self.flags.get(name, (f"--{name.replace('_', '-')}",))
         return Option(name, default, type_, explanation, unset if default is None else "", quantity, flags)
