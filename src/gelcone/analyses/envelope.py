@@ -74,40 +74,40 @@ def _limits_table(shown: xr.Dataset, whose: str) -> Iterator[str]:
     low = dict(zip(driven_names, shown["limit_low"].values, strict=True))
     if (np.isfinite(low["pull-in"]) & (low.get("chaos", np.inf) < low["pull-in"])).any():
         yield "a driven pull-in above the limit of chaos is that of one run: others pull in lower or higher"
-    if f"{PROPORTIONAL}instantaneous_pull_in_voltage" in shown:
-        yield from _proportional_creep_words(shown, whose)
-    elif "instantaneous_pull_in_voltage" in shown:
-        yield from _creep_words(shown, whose)
+    if (start := _creeps(shown)) is not None:
+        yield from _creep_words(shown, whose, start)
     if np.isnan(static["dielectric breakdown"]):
         yield "the dielectric strength is not given: the window takes no account of breakdown"
 
 
-def _creep_words(shown: xr.Dataset, whose: str) -> Iterator[str]:
-    """The two pull-in voltages of a film that creeps, and what the limits at constant voltage hold for."""
-    if not np.isfinite(shown["long_term_pull_in_voltage"]):
-        yield f"the film creeps: no constant voltage pulls {whose} in, at once or in the long run"
+def _creeps(shown: xr.Dataset) -> str | None:
+    """The start of the names of the pull-in voltages of a film that creeps; None for another."""
+    return next((start for start in (PROPORTIONAL, "") if f"{start}instantaneous_pull_in_voltage" in shown), None)
+
+
+def _creep_words(shown: xr.Dataset, whose: str, start: str) -> Iterator[str]:
+    """The two pull-in voltages of a film that creeps, whose names begin with ``start``, and what the limits at constant
+    voltage, or of a drive that is held at its peak, hold for."""
+    at_once, late = (shown[f"{start}{name}_pull_in_voltage"] for name in ("instantaneous", "long_term"))
+    if not np.isfinite(late):
+        none = "held at no peak the drive" if start else "no constant voltage"
+        yield f"the film creeps: {none} pulls {whose} in, at once or in the long run"
+        return
+    if start:
+        yield (
+            f"the film creeps: held at its peak the drive pulls {whose} in above {sized(at_once)} at once, above "
+            f"{sized(late)} after a while; limits of the drive held at its peak are those in the long run"
+        )
         return
     yield (
-        f"the film creeps: at constant voltage {whose} pulls in above {sized(shown['instantaneous_pull_in_voltage'])} "
-        f"at once, above {sized(shown['long_term_pull_in_voltage'])} after a while (gelcone creep says when)"
+        f"the film creeps: at constant voltage {whose} pulls in above {sized(at_once)} at once, above {sized(late)} "
+        "after a while (gelcone creep says when)"
     )
     yield (
         f"up to {sized(shown['holding_voltage'])} is {_held_words(shown)}: limits at constant voltage are those of "
         "that time"
         if "holding_voltage" in shown
         else "limits at constant voltage are those in the long run, with --duration those of a time"
-    )
-
-
-def _proportional_creep_words(shown: xr.Dataset, whose: str) -> Iterator[str]:
-    """`_creep_words` of a drive that is held at its peak."""
-    at_once, late = (shown[f"{PROPORTIONAL}{name}_pull_in_voltage"] for name in ("instantaneous", "long_term"))
-    if not np.isfinite(late):
-        yield f"the film creeps: held at no peak the drive pulls {whose} in, at once or in the long run"
-        return
-    yield (
-        f"the film creeps: held at its peak the drive pulls {whose} in above {sized(at_once)} at once, above "
-        f"{sized(late)} after a while; limits of the drive held at its peak are those in the long run"
     )
 
 
@@ -119,8 +119,7 @@ def _held_words(shown: xr.Dataset) -> str:
 def _pull_in_words(shown: xr.Dataset) -> str:
     if shown.attrs["pull_in_of"] == "cone":
         return "pull-in is that of the model's film; a membrane, which a wrinkling cone stands for, pulls in earlier"
-    creeps = any(f"{start}instantaneous_pull_in_voltage" in shown for start in ("", PROPORTIONAL))
-    gel = " of the relaxed gel" if creeps else ""
+    gel = "" if _creeps(shown) is None else " of the relaxed gel"
     return f"pull-in is that of the film as a membrane{gel}, its force known to {shown.attrs['pull_in_error']:.1%}"
 
 
