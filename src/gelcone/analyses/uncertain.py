@@ -23,7 +23,7 @@ def read_uncertain(texts: Iterable[str], subject: Subject) -> dict[str, Distribu
     A deviation may be a share of the mean, ``3%``. Raises `InputError` for anything else."""
     from gelcone.atlas.distribution import Normal, Uniform
 
-    device, system = subject.device, subject.model.system
+    device = subject.device
     spread: dict[str, Distribution] = {}
     form = "prestretch=1~0.02" if device is None else '"film_thickness=0.2 mm~0.01 mm"'
     for text in texts:
@@ -37,10 +37,7 @@ def read_uncertain(texts: Iterable[str], subject: Subject) -> dict[str, Distribu
             raise InputError(
                 f"--uncertain {text!r}: must be name=low:high or name=mean~deviation, each name once, such as {form}"
             )
-        if name not in STATES:
-            sweepable(option, name, device, system)
-        if name in subject.given:
-            raise InputError(f"--set {name}: is drawn by --uncertain {name}; leave one of them out")
+        _check_name(option, name, subject, name)
         one, other = _two(option, values, parts, name, device)
         spread[name] = Normal(one, other) if sign == "~" else Uniform(one, other)
     return spread
@@ -61,13 +58,18 @@ def _own_range(name: str, device: Device | None) -> str:
     return ":".join(f"{end:.15g}" for end in span)
 
 
+def _check_name(option: str, name: str, subject: Subject, by: str) -> None:
+    """`InputError` for a name that cannot be drawn, or that is set as well as drawn ``by`` an option."""
+    if name not in STATES:
+        sweepable(option, name, subject.device, subject.model.system)
+    if name in subject.given:
+        raise InputError(f"--set {name}: is drawn by --uncertain {by}; leave one of them out")
+
+
 def read_drawn(option: str, name: str, numbers: Array, unit: str, subject: Subject) -> Array:
     """A column of a table of draws; of a device in SI, from numbers in a unit that the table names."""
     device = subject.device
-    if name not in STATES:
-        sweepable(option, name, device, subject.model.system)
-    if name in subject.given:
-        raise InputError(f"--set {name}: is drawn by --uncertain {option.partition(':')[0]}; leave one of them out")
+    _check_name(option, name, subject, option.partition(":")[0])
     if device is None:
         if unit not in ("", "1"):
             raise InputError(f"{option} [{unit}]: a model without a device is dimensionless; leave the unit out")
