@@ -4,9 +4,11 @@ import inspect
 import json
 import re
 
+import numpy as np
 import pytest
+import xarray as xr
 
-from gelcone.codes import FilmPullIn, Outcome, Regime
+from gelcone.codes import FilmPullIn, Outcome, Regime, meanings
 from gelcone.dataset import OUTCOME_ATTRIBUTES
 from gelcone.physics.balance import PullIn
 from tests.answers import SCHEMA
@@ -77,3 +79,11 @@ def test_every_outcome_says_in_one_line_of_its_own_what_happened():
     assert "raise stretch_limit" in Outcome.STRETCH_LIMIT.meaning
     assert "start lower" in Outcome.OUTSIDE.meaning
     assert "lower the voltage" in Outcome.PULLED_IN.meaning
+
+
+def test_codes_have_the_words_of_their_variable_also_a_single_one_as_files_hold_it():
+    several = xr.DataArray(
+        [0, 3], attrs={"flag_values": np.array([0, 3], dtype=np.int8), "flag_meanings": "rest chaos"}
+    )
+    assert meanings(several) == {0: "rest", 3: "chaos"}
+    assert meanings(xr.DataArray(3, attrs={"flag_values": np.int8(3), "flag_meanings": "chaos"})) == {3: "chaos"}

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from gelcone import words
-from gelcone.codes import Outcome, Regime
+from gelcone.codes import Outcome, Regime, meanings
 from tests.edited import coded, edited, made
 
 NAN = np.nan
@@ -305,7 +305,7 @@ def test_endings_and_events_of_branches():
         assert words.branch_endings(branch) == [text, "the end of the interval"]
     assert words.event_label(coded(None, 1, ("fold", "period_doubling"))) == "period doubling"
     codes = coded(None, 4, ("a", "b")).assign_attrs(flag_values=[2, 4])
-    assert (words.event_label(codes), words.meaning_at(codes, 2)) == ("b", "a")
+    assert (words.event_label(codes), meanings(codes)) == ("b", {2: "a", 4: "b"})
 
 
 def test_which_motions_of_a_sweep_do_not_follow_the_drive():

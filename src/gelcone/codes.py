@@ -7,6 +7,8 @@ import textwrap
 from enum import IntEnum
 from typing import Any, Self
 
+import numpy as np
+
 STEPS_PER_CALL = 800_000
 CALL_SPAN = 2000.0
 """Longest stretch of motion handed to the integrator at once, in units of the fastest linear time scale: between such
@@ -46,6 +48,12 @@ class Code(IntEnum):
     def words(self) -> str:
         """The name as in texts and figures, with blanks."""
         return self.label.replace("_", " ")
+
+
+def meanings(variable: Any) -> dict[int, str]:
+    """Code -> its word, of a variable of a result that holds codes."""
+    words = str(variable.attrs["flag_meanings"]).split()
+    return dict(zip(np.ravel(variable.attrs["flag_values"]).tolist(), words, strict=True))
 
 
 class Outcome(Code):

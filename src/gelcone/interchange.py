@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gelcone.codes import meanings
 from gelcone.errors import InputError, MissingDependency, check_result
 from gelcone.files import write_together
 
@@ -128,9 +129,8 @@ def _in_words(values: Any, variable: xr.DataArray) -> Any:
     """The values of a variable, with words for its codes."""
     if "flag_meanings" not in variable.attrs:
         return values
-    words = str(variable.attrs["flag_meanings"]).split()
-    known = dict(zip(map(float, np.ravel(variable.attrs["flag_values"])), words, strict=True))
-    return np.array([known.get(float(value), "") for value in values], dtype=object)
+    known = meanings(variable)
+    return np.array([known.get(value, "") for value in values.tolist()], dtype=object)
 
 
 def _named(path: Path, dims: tuple[str, ...]) -> Path:
@@ -153,9 +153,9 @@ def _write_parquet(table: pd.DataFrame, path: Path) -> None:
 def _write_mat(result: xr.Dataset, path: Path) -> None:
     from scipy.io import savemat
 
-    arrays = {str(name): np.asarray(v.values.tolist() if v.dtype.kind in "OU" else v) for name, v in result.items()}
-    arrays |= {
-        str(name): np.asarray(c.values.tolist() if c.dtype.kind in "OU" else c) for name, c in result.coords.items()
+    arrays = {
+        str(name): np.asarray(v.values.tolist() if v.dtype.kind in "OU" else v)
+        for name, v in (*result.items(), *result.coords.items())
     }
     about = {
         "units": {str(name): v.attrs.get("units", "1") for name, v in result.variables.items()},

@@ -20,7 +20,7 @@ from gelcone.amounts import (
     unit_of,
     with_error,
 )
-from gelcone.codes import Outcome, Regime
+from gelcone.codes import Outcome, Regime, meanings
 from gelcone.motion.proportion import IN_PROPORTION, PROPORTIONAL, held_at_peak
 
 if TYPE_CHECKING:
@@ -392,17 +392,12 @@ ENDINGS = {
 }
 
 
-def meaning_at(codes: xr.DataArray, code: int) -> str:
-    """The word for a code of a variable with flags."""
-    words = str(codes.attrs["flag_meanings"]).split()
-    return words[list(np.atleast_1d(codes.attrs["flag_values"])).index(code)]
-
-
 def event_label(kind: xr.DataArray) -> str:
     """The kind of an event of a branch."""
-    return meaning_at(kind, int(kind)).replace("_", " ")
+    return meanings(kind)[int(kind)].replace("_", " ")
 
 
 def branch_endings(branch: xr.Dataset) -> list[str]:
     """Why a branch ends at either end."""
-    return [ENDINGS[meaning_at(branch["ended"], int(code))] for code in branch["ended"].values]
+    names = meanings(branch["ended"])
+    return [ENDINGS[names[int(code)]] for code in branch["ended"].values]

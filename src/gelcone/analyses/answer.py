@@ -13,7 +13,7 @@ import numpy as np
 from gelcone import dataset
 from gelcone._version import __version__
 from gelcone.amounts import missing, unit_of
-from gelcone.codes import Outcome, Regime
+from gelcone.codes import Outcome, Regime, meanings
 from gelcone.devices.fields import GEL
 from gelcone.devices.numbers import numbers_of
 from gelcone.devices.points import STATES
@@ -22,6 +22,7 @@ from gelcone.devices.units import format_range, without_rounding
 from gelcone.errors import InputError
 from gelcone.motion.validity import ASSUMPTIONS
 from gelcone.physics.film.pull_in import is_cone
+from gelcone.quantity import Array
 from gelcone.words import DISCORD, members_of, regime_counts, shortened
 from gelcone.words import MOST_LINES as MOST_PRINTED
 
@@ -97,8 +98,12 @@ def initial_json(subject: Subject) -> Any:
     state = np.asarray(subject.initial, dtype=float)
     if subject.device is None:
         return state
-    scales = np.broadcast_arrays(*(subject.device.scales.shown(quantity) for quantity in STATES.values()))
-    return without_rounding(state * np.stack(scales, axis=-1))
+    return without_rounding(state * shown_states(subject.device))
+
+
+def shown_states(device: Device) -> Array:
+    """The factors of displacement and velocity to the units in which results are read."""
+    return np.stack(np.broadcast_arrays(*(device.scales.shown(quantity) for quantity in STATES.values())), axis=-1)
 
 
 def options_json(command: str, shown: xr.Dataset, device: Device | None) -> dict[str, Any]:
@@ -219,12 +224,11 @@ def _period(value: Any) -> Any:
     return int(value) if value > 0 else "unknown" if np.isnan(value) else "none"
 
 
-def _codes(name: str, variable: xr.DataArray) -> dict[int, Any] | None:
+def _codes(name: str, variable: xr.DataArray) -> Mapping[int, Any] | None:
     """Map the codes of a variable to their names; None for a variable that holds numbers."""
     if "flag_meanings" in variable.attrs:
-        values, words = map(int, variable.attrs["flag_values"]), variable.attrs["flag_meanings"]
-        names = [regime.label for regime in Regime] if words == _REGIMES else words.split()
-        return dict(zip(values, names, strict=True))
+        is_regime = variable.attrs["flag_meanings"] == _REGIMES
+        return {regime.value: regime.label for regime in Regime} if is_regime else meanings(variable)
     if variable.attrs.get("quantity") not in ("code", "flag"):
         return None
     if name == "sign":
@@ -324,30 +328,26 @@ def state_lines(result: xr.Dataset, subject: Subject) -> list[str]:
 def outcome_lines(result: xr.Dataset) -> list[str]:
     """Count the runs that failed, a line for each kind of failure, with the remedy, and the reason of the first that is
     impossible."""
-    codes = result["outcome"].values.ravel()
-    counts = {outcome: int((codes == outcome).sum()) for outcome in Outcome if outcome}
-    share = "" if codes.size == 1 else f" of {codes.size} runs"
-    lines = [
-        f"{n if share else ''}{share} {_how(outcome)}: {outcome.meaning}".lstrip() for outcome, n in counts.items() if n
-    ]
+    counts, size = _outcome_counts(result), result["outcome"].size
+    share = "" if size == 1 else f" of {size} runs"
+    how = {outcome: "cannot be made" if outcome == Outcome.IMPOSSIBLE else "failed" for outcome in counts if outcome}
+    lines = [f"{counts[one] if share else ''}{share} {words}: {one.meaning}".lstrip() for one, words in how.items()]
     reason = result.attrs.get("impossible")
     return lines if reason is None else [*lines, f"  the first that cannot be made: {reason}"]
 
 
-def _how(outcome: Outcome) -> str:
-    """Say of a run without a result whether it failed or is of no actuator."""
-    return "cannot be made" if outcome == Outcome.IMPOSSIBLE else "failed"
+def _outcome_counts(result: xr.Dataset) -> dict[Outcome, int]:
+    """Map the outcomes that occur to the number of their runs."""
+    codes = result["outcome"].values
+    return {outcome: count for outcome in Outcome if (count := int((codes == outcome).sum()))}
 
 
 def ending_lines(result: xr.Dataset) -> list[str]:
     """Count the endings of the members of an ensemble, a line for each kind; of a single run, only a failure."""
-    codes = result["outcome"].values.ravel()
-    counts = {outcome: int((codes == outcome).sum()) for outcome in Outcome}
-    return [
-        f"  {count} of {codes.size}: {outcome.meaning}" if codes.size > 1 else f"failed: {outcome.meaning}"
-        for outcome, count in counts.items()
-        if count and (outcome or codes.size > 1)
-    ]
+    counts, size = _outcome_counts(result), result["outcome"].size
+    if size > 1:
+        return [f"  {count} of {size}: {outcome.meaning}" for outcome, count in counts.items()]
+    return [f"failed: {outcome.meaning}" for outcome in counts if outcome]
 
 
 def counts_text(result: xr.Dataset) -> str:

@@ -14,12 +14,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.analyses import tables
-from gelcone.analyses.answer import in_si, result_json
+from gelcone.analyses.answer import in_si, result_json, shown_states
 from gelcone.analyses.lab import lab_answer
 from gelcone.analyses.request import Subject
 from gelcone.analyses.values import read_measure, read_measures
 from gelcone.devices.analysis import check_one
-from gelcone.devices.points import STATES
 from gelcone.errors import DoubtfulInput, InputError, check_result
 from gelcone.register.analyses import find_analysis
 from gelcone.register.analysis import Analysis
@@ -139,8 +138,7 @@ def _initial_of(result: xr.Dataset, device: Device | None) -> Any:
     if device is None:
         return result["initial"].values[..., :2] if "initial" in result else stated
     if "initial" in result:
-        shown = np.broadcast_arrays(*(device.scales.shown(quantity) for quantity in STATES.values()))
-        return result["initial"].values[..., :2] / np.stack(shown, axis=-1)
+        return result["initial"].values[..., :2] / shown_states(device)
     scales = np.stack(np.broadcast_arrays(device.scales.length, device.scales.velocity), axis=-1)
     return device.initial_state() if stated is None else stated / scales
 
