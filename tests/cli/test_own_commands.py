@@ -17,7 +17,7 @@ import gelcone
 from gelcone.analyses import draws as read
 from gelcone.analyses import request
 from gelcone.atlas import cluster, sweep, uncertain, workers
-from gelcone.cli import OWN_COMMANDS, SPECIAL, command, export, grids, group, lab, studio
+from gelcone.cli import OWN_COMMANDS, SPECIAL, command, export, grids, group, lab, output, studio
 from gelcone.cli import options as shared
 from gelcone.lab import design, device, device_tests, fitted, material, page, wish
 from gelcone.lab import measured as coupons
@@ -599,9 +599,10 @@ def marked(monkeypatch):
     from gelcone.analyses import device_fit, material_fit
     from gelcone.plots import style
 
-    monkeypatch.setattr(netcdf, "write_netcdf", lambda result, to: to.write_text(f"netCDF of {result}"))
+    for home in (netcdf, output):
+        monkeypatch.setattr(home, "write_netcdf", lambda result, to: to.write_text(f"netCDF of {result}"))
     monkeypatch.setattr(style, "draw_file", lambda figure, to: to.write_text(f"picture of {figure}"))
-    monkeypatch.setattr("gelcone.plots.plot", lambda result: f"figure of {result}")
+    monkeypatch.setattr(output, "plot", lambda result: f"figure of {result}")
     monkeypatch.setattr(material, "fitted_text", lambda result: f"gel of {result}")
     monkeypatch.setattr(fitted, "fitted_draws", lambda result: f"draws of {result}")
     monkeypatch.setattr(fitted, "fitted_band", lambda result: f"band of {result}")

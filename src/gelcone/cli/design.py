@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from functools import partial
 from pathlib import Path
-from typing import Any
 
 import click
 
 from gelcone.cli.options import PLACE, output_parameters
-from gelcone.cli.output import Output, progress_bar
+from gelcone.cli.output import Output, progress_bar, result_files
 from gelcone.files import writer_of
 
 FILES = ("design.nc", "design.png")
@@ -54,21 +52,14 @@ def run_design(
     from gelcone.analyses.request import Subject
     from gelcone.lab.design import design
     from gelcone.lab.wish import read_wish
-    from gelcone.netcdf import write_netcdf
-    from gelcone.plots import plot, style
 
     output = Output("design", out, force, as_json)
-    places = output.places(FILES)
+    output.check(FILES)
     asked = read_wish(wish)
     subject = Subject(asked.device.to_model(), asked.device)
     draws = None if samples is None else read_samples(samples, (), subject)
     with progress_bar("design") as progress:
         result = design(asked, samples=draws, nominal=nominal, seed=seed, progress=progress)
-    writers: list[Any] = []
-    if places:
-        designs = range(result.sizes["design"])
-        places += output.places(f"design-{k + 1}.toml" for k in designs)
-        writers = [partial(write_netcdf, result), partial(style.draw_file, plot(result))]
-        writers += [writer_of(device_text(result, k)) for k in designs]
-    output.deliver(design_words(result), design_json(result), places, writers)
+    devices = {f"design-{k + 1}.toml": writer_of(device_text(result, k)) for k in range(result.sizes["design"])}
+    output.deliver(design_words(result), design_json(result), result_files("design", result) | devices)
     return 0

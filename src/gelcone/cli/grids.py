@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 from click.core import ParameterSource
 
-from gelcone.analyses.answer import bare_answer, check_folder
+from gelcone.analyses.answer import check_folder
 from gelcone.analyses.ask import answer_to, answers_of, read_options
 from gelcone.analyses.draws import read_draws, read_samples
 from gelcone.analyses.lab import lab_answer
@@ -34,7 +34,7 @@ from gelcone.cli.options import (
     subject_parameters,
     uncertain_parameters,
 )
-from gelcone.cli.output import deliver, print_json, tally_shown
+from gelcone.cli.output import deliver, say, tally_shown
 from gelcone.dataset import load
 from gelcone.devices.analysis import check_one, device_words, plain, state_of
 from gelcone.errors import InputError
@@ -282,10 +282,7 @@ def run_show(*, place: Path, out: Path | None, force: bool, as_json: bool) -> in
         if out is not None:
             raise InputError(f"--out {out}: the command that wrote {place.name} writes its figure, too; leave it out")
         words, content = shown
-        if as_json:
-            print_json(bare_answer("show", content()))
-        else:
-            click.echo(words())
+        say("show", as_json, content(), words())
         return 0
     answers, subject = answer_to(result)
     check_folder(out, answers.command, force)

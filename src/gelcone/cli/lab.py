@@ -10,7 +10,7 @@ import click
 
 from gelcone.cli.command import command_of, run
 from gelcone.cli.options import PLACE, output_parameters, samples_parameter, uncertain_parameters
-from gelcone.cli.output import Output, progress_bar
+from gelcone.cli.output import Output, progress_bar, result_files
 from gelcone.errors import InputError
 from gelcone.files import check_writable, read_text, read_toml, writer_of
 from gelcone.register.analyses import find_analysis
@@ -111,23 +111,15 @@ def _fit_material(
     from gelcone.analyses.material_fit import fit_json, fit_words
     from gelcone.lab.material import fit_material, fitted_text, known_fields_of
     from gelcone.lab.measured import read_tests
-    from gelcone.netcdf import write_netcdf
-    from gelcone.plots import plot, style
 
     known = {} if subject is None else known_fields_of(Path(subject), content)
     tests = read_tests(*data)
-    places = output.places(FILES)
+    output.check(FILES)
     options |= {"laws": _words(options["laws"]), "branches": _counts(options["branches"])}
     with progress_bar("fit") as progress:
         result = fit_material(tests, known, **options, progress=progress)
-    writers: list[Any] = []
-    if places:
-        writers = [
-            writer_of(fitted_text(result)),
-            partial(write_netcdf, result),
-            partial(style.draw_file, plot(result)),
-        ]
-    output.deliver(fit_words(result), fit_json(result), places, writers)
+    material = {"material.toml": writer_of(fitted_text(result))}
+    output.deliver(fit_words(result), fit_json(result), material | result_files("fit", result))
     return 0
 
 
@@ -139,14 +131,13 @@ def _fit_device(subject: str, data: tuple[Path, ...], output: Output, options: d
     from gelcone.lab.device_tests import read_device_tests
     from gelcone.lab.fitted import fitted_band, fitted_device, fitted_draws
     from gelcone.netcdf import write_netcdf
-    from gelcone.plots import plot, style
 
     device = find_device(subject)
     if len(data) > 1:
         raise InputError("--data: of a device is one list of tests; put all into one tests.toml")
     tests, free = read_device_tests(data[0]), read_free(options["free"], device)
     films, losses, plan = _words(options["films"]), _words(options["loss"]), options["plan"]
-    places = output.places(PLAN_FILES if plan else DEVICE_FILES)
+    output.check(PLAN_FILES if plan else DEVICE_FILES)
     if plan:
         for name, given in (("films", films), ("loss", losses)):
             if given is not None and len(given) > 1:
@@ -158,13 +149,12 @@ def _fit_device(subject: str, data: tuple[Path, ...], output: Output, options: d
         asked = {name: options[name] for name in ("predict", "profile")}
         result = fit_device(device, tests, free, films=films, losses=losses, **asked)
         words = device_fit_words(result, device)
-    writers: list[Any] = []
-    if places:
-        writers = [partial(write_netcdf, result), partial(style.draw_file, plot(result))]
-        if not plan:
-            draws = partial(write_netcdf, fitted_draws(result))
-            writers += [writer_of(fitted_device(result).to_toml()), draws, writer_of(fitted_band(result))]
-    output.deliver(words, device_fit_json(result), places, writers)
+    writers = result_files("plan" if plan else "fit", result)
+    if output.out is not None and not plan:
+        writers["device.toml"] = writer_of(fitted_device(result).to_toml())
+        writers["draws.nc"] = partial(write_netcdf, fitted_draws(result))
+        writers["band.csv"] = writer_of(fitted_band(result))
+    output.deliver(words, device_fit_json(result), writers)
     return int(result.attrs.get("refused", 0))
 
 

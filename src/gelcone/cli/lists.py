@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import tomllib
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from gelcone.analyses.answer import bare_answer
 from gelcone.cli.options import json_parameter
-from gelcone.cli.output import print_json
+from gelcone.cli.output import say
+
+if TYPE_CHECKING:
+    from gelcone.devices.materials import Material
 
 
 def devices_command() -> click.Command:
@@ -30,23 +33,21 @@ def list_devices(*, name: str | None, as_json: bool) -> None:
         stem: (path, str(tomllib.loads(path.read_text(encoding="utf-8"))["name"]))
         for stem, path in shipped_devices().items()
     }
-    if as_json:
-        listed = {stem: {"name": title, "file": str(path)} for stem, (path, title) in devices.items()}
-        print_json(bare_answer("devices", listed))
-        return
-    for stem, (path, title) in devices.items():
-        click.echo(f"{stem}\n  {title}\n  {path}")
+    listed = {stem: {"name": title, "file": str(path)} for stem, (path, title) in devices.items()}
+    say(
+        "devices", as_json, listed, "\n".join(f"{stem}\n  {title}\n  {path}" for stem, (path, title) in devices.items())
+    )
 
 
 def print_device(command: str, name: str, as_json: bool) -> None:
     """Prints a device: its file, or its fields as JSON."""
     from gelcone.devices.device import find_device
+    from gelcone.devices.files import shipped_devices
 
     device = find_device(name)
-    if as_json:
-        print_json(bare_answer(command, device.parameters()))
-    else:
-        click.echo(device_source(name) or device.to_toml(), nl=False)
+    path = None if Path(name).is_file() else shipped_devices().get(name)
+    text = device.to_toml() if path is None else path.read_text(encoding="utf-8")  # a file that ships has comments
+    say(command, as_json, device.parameters(), text.removesuffix("\n"))
 
 
 def materials_command() -> click.Command:
@@ -69,27 +70,18 @@ def list_materials(*, name: str | None, as_json: bool) -> None:
     from gelcone.devices.template import material_text
 
     materials = load_materials() if name is None else {name: find_material(name)}
-    if as_json:
-        print_json(bare_answer("materials", {name: gel.parameters() for name, gel in materials.items()}))
-        return
-    if name is not None:
-        click.echo(material_text(materials[name]))
-        return
-    for name, material in materials.items():
-        span, creeps = material.shear_modulus_range, material.branches
-        click.echo(
-            f"{name}: shear modulus {material.shear_modulus / 1e3:.4g} kPa"
-            + ("" if span is None else f" ({span[0] / 1e3:.4g} to {span[1] / 1e3:.4g})")
-            + f", relative permittivity {material.relative_permittivity:.3g}"
-            + (f", creeps: {creeps} Maxwell branches" if creeps else "")
-        )
-        for field, source in material.sources.items():
-            click.echo(f"  {field}: {source}")
+    words = [_material_words(*gel) for gel in materials.items()] if name is None else [material_text(materials[name])]
+    content = {name: gel.parameters() for name, gel in materials.items()}
+    say("materials", as_json, content, "\n".join(words))
 
 
-def device_source(name: str) -> str:
-    """The file of a device that ships, with its comments; empty for another."""
-    from gelcone.devices.files import shipped_devices
-
-    path = shipped_devices().get(name)
-    return "" if path is None or Path(name).is_file() else path.read_text(encoding="utf-8")
+def _material_words(name: str, gel: Material) -> str:
+    """A line with the numbers of a gel, and a line for each of their sources."""
+    span, creeps = gel.shear_modulus_range, gel.branches
+    line = (
+        f"{name}: shear modulus {gel.shear_modulus / 1e3:.4g} kPa"
+        + ("" if span is None else f" ({span[0] / 1e3:.4g} to {span[1] / 1e3:.4g})")
+        + f", relative permittivity {gel.relative_permittivity:.3g}"
+        + (f", creeps: {creeps} Maxwell branches" if creeps else "")
+    )
+    return "\n".join([line, *(f"  {field}: {source}" for field, source in gel.sources.items())])

@@ -6,9 +6,8 @@ from pathlib import Path
 
 import click
 
-from gelcone.analyses.answer import bare_answer
 from gelcone.cli.options import PLACE
-from gelcone.cli.output import print_json, progress_bar
+from gelcone.cli.output import progress_bar, say
 
 
 def measured_command() -> click.Command:
@@ -40,9 +39,6 @@ def run_measured(*, pages: tuple[Path, ...], seed: int, as_json: bool) -> int:
     for place in pages:
         with progress_bar("measured") as progress:
             found.append(compare_measured(place, seed=seed, progress=progress))
-    if as_json:
-        listed = [page._asdict() | {"compared": [one._asdict() for one in page.compared]} for page in found]
-        print_json(bare_answer("measured", {"pages": listed}))
-    else:
-        click.echo("\n".join(map(page_words, found)))
+    listed = [page._asdict() | {"compared": [one._asdict() for one in page.compared]} for page in found]
+    say("measured", as_json, {"pages": listed}, "\n".join(map(page_words, found)))
     return int(any(one.verdict.startswith("outside") for page in found for one in page.compared))

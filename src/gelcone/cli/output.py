@@ -6,8 +6,9 @@ import json
 import sys
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -20,7 +21,8 @@ from gelcone.cli.waiting import BAR_SECONDS, STORED, logging, preparing, ticking
 from gelcone.codes import Outcome
 from gelcone.dataset import save
 from gelcone.files import check_writable, write_together
-from gelcone.plots import plot
+from gelcone.netcdf import write_netcdf
+from gelcone.plots import plot, style
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -66,6 +68,22 @@ def _write(out: Path, name: str, shown: xr.Dataset, draw: Callable[..., Figure],
     return write_results(out, name, shown, figure, force)
 
 
+def result_files(name: str, result: xr.Dataset) -> dict[str, Callable[[Path], object]]:
+    """The files NAME.nc and NAME.png of a result, and what writes them."""
+    return {
+        f"{name}.nc": partial(write_netcdf, result),
+        f"{name}.png": lambda path: style.draw_file(plot(result), path),
+    }
+
+
+def say(command: str, as_json: bool, content: Any, words: str) -> None:
+    """Prints what a command that does not run a model has to say, as JSON or text."""
+    if as_json:
+        print_json(bare_answer(command, content))
+    else:
+        click.echo(words)
+
+
 def print_json(content: dict[str, Any]) -> None:
     """Prints one JSON object. Numbers that are not finite are null or in words; infinite parameters are "inf"."""
     click.echo(json.dumps(plain(content), allow_nan=False))
@@ -80,20 +98,16 @@ class Output(NamedTuple):
     force: bool
     as_json: bool
 
-    def places(self, names: Iterable[str]) -> list[Path]:
-        """The files of these names; refuses those that exist."""
-        found = [] if self.out is None else [self.out / name for name in names]
-        check_writable(found, force=self.force)
-        return found
+    def check(self, names: Iterable[str]) -> None:
+        """Refuses files of these names that exist or cannot be written."""
+        if self.out is not None:
+            check_writable([self.out / name for name in names], force=self.force)
 
-    def deliver(self, words: str, as_json: dict[str, Any], places: list[Path], writers: list[Any]) -> None:
-        """Writes the files, and prints text or JSON."""
-        if places:
-            write_together(dict(zip(places, writers, strict=True)), force=self.force)
-        if self.as_json:
-            print_json(bare_answer(self.command, as_json))
-            return
-        click.echo("\n".join([words, *(f"wrote {path}" for path in places)]))
+    def deliver(self, words: str, content: Any, writers: Mapping[str, Callable[[Path], object]]) -> None:
+        """Writes the files of these names, and prints text or JSON."""
+        files = {} if self.out is None else {self.out / name: write for name, write in writers.items()}
+        write_together(files, force=self.force)
+        say(self.command, self.as_json, content, "\n".join([words, *(f"wrote {path}" for path in files)]))
 
 
 ESTIMATED = 0.1

@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gelcone.analyses.answer import bare_answer
 from gelcone.cli.options import json_parameter
-from gelcone.cli.output import print_json
+from gelcone.cli.output import say
 from gelcone.cli.waiting import BAR_SECONDS, ticking
 
 if TYPE_CHECKING:
@@ -63,10 +62,7 @@ def run_paper(*, names: tuple[str, ...], quick: bool, out: Path | None, force: b
     except KeyboardInterrupt:
         print("interrupted; what is complete is saved, and the same command continues from there", file=sys.stderr)
         sys.exit(130)
-    if as_json:
-        print_json(bare_answer("paper", report(result)))
-    else:
-        click.echo(summary(result))
+    say("paper", as_json, report(result), summary(result))
 
 
 @contextmanager
