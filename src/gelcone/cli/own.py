@@ -95,7 +95,9 @@ def explain(*, topic: str | None) -> None:
     elif subject == "glossary":
         click.echo("\n".join(map(glossary.explain, glossary.GLOSSARY)))
     elif not (found := [*_of_terms(topic), *_of_commands(topic, group)] or _fields_called(topic)):
-        known = [*TOPICS, *group.command.list_commands(group), *glossary.GLOSSARY, *_fields()]
+        from gelcone.devices.device import Device
+
+        known = [*TOPICS, *group.command.list_commands(group), *glossary.GLOSSARY, *Device.fields]
         raise unknown_name("subject of help", topic, known, "`gelcone help glossary` lists the terms")
     else:
         click.echo("\n\n".join(found))
@@ -113,13 +115,6 @@ def _of_commands(topic: str, context: click.Context) -> list[str]:
     name = topic.replace("_", "-")
     command = context.command.get_command(context, name)
     return [command.get_help(click.Context(command, info_name=name, parent=context))] if command else []
-
-
-def _fields() -> list[str]:
-    """The names of the fields of a device."""
-    from gelcone.devices.device import Device
-
-    return list(Device.fields)
 
 
 def _field(topic: str) -> str | None:
