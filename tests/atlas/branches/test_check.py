@@ -95,7 +95,7 @@ def test_an_orbit_that_repeats_sooner_than_its_branch_is_recognised():
 def covered(monkeypatch, points, known=(), attracting=True, arrived=True, symmetric=False):
     """`cover` of runs at 0, 1, ... on whose cycles these points lie (None: none is found), of which some are known."""
     grown = []
-    monkeypatch.setattr(check, "polished", lambda shooting, state, value, scale, **flow: points[int(value)])
+    monkeypatch.setattr(check, "polished", lambda shooting, runs, k, scale, **flow: (shooting, points[k]))
     monkeypatch.setattr(check, "shortest", lambda shooting, point, scale: (shooting, point))
     monkeypatch.setattr(check, "follow", lambda shooting, point, walk: point.value)
     shooting = SimpleNamespace(symmetric=symmetric)

@@ -190,7 +190,28 @@ def test_an_orbit_far_from_the_motion_is_not_the_orbit_of_the_motion(monkeypatch
     point = object()
     monkeypatch.setattr(check, "at_value", lambda *_: Corrected(point, True, share * check.FARTHEST_CYCLE))
     shooting = vary(BASE, {"voltage": (0.95, 1.0)}, (1.0, 0.0)).shooting(1e-9)
-    assert (check.polished(shooting, np.array([[0.3, 0.0]]), 0.97, 1.0) is point) == found
+    run = check.Runs(np.array([0.97]), np.array([[[0.3, 0.0]]]), np.array([1]), np.array([False]), np.array([True]))
+    assert (check.polished(shooting, run, 0, 1.0)[1] is point) == found
+
+
+def test_the_orbit_of_a_motion_is_searched_from_its_last_state_with_its_period_and_symmetry(monkeypatch):
+    asked = []
+
+    def moved(members, state, times, **flow):
+        asked.append((members.number("voltage")[0], state.tolist(), times.size, flow))
+        return SimpleNamespace(states=np.zeros((1, times.size, 2)))
+
+    monkeypatch.setattr(check, "integrate", moved)
+    monkeypatch.setattr(check, "at_value", lambda own, nodes, value, metric: Corrected((own.kind, value), True, 0.0))
+    shooting = vary(BASE, {"voltage": (0.95, 1.0)}, (1.0, 0.0)).shooting(1e-9)
+    section = np.arange(12.0).reshape(3, 2, 2)
+    symmetric = np.array([False, True, False])
+    runs = check.Runs(np.array([0.96, 0.97, 0.98]), section, np.array([1, 2, 2]), symmetric, symmetric)
+    flow = {"tolerance": 2e-9, "threads": 5}
+    for k, kind in enumerate((Kind(1), Kind(1, True), Kind(2))):
+        own, point = check.polished(shooting, runs, k, 1.0, **flow)
+        assert (own.kind, point) == (kind, (kind, runs.values[k]))
+        assert asked.pop() == (runs.values[k], section[k, 1].tolist(), own.count, flow)
 
 
 @pytest.mark.parametrize("key", [k for k in REFERENCES if k.startswith("frequency/spring_zeta0.01")])
@@ -648,11 +669,11 @@ def test_a_response_begins_on_each_settled_orbit_that_is_stable_once(monkeypatch
     points = {1: None, 2: SimpleNamespace(stable=False), **{k: SimpleNamespace(stable=True, name=k) for k in (3, 4, 5)}}
     polished = []
 
-    def near(shooting, state, value, scale, **flow):
-        polished.append((shooting.kind, state.tolist(), value, scale, flow))
-        return points[int(value)]
+    def near(shooting, of, k, scale, **flow):
+        assert (shooting, of) == (world, runs)
+        polished.append((k, scale, flow))
+        return SimpleNamespace(kind=check.kind_of(periods[k], symmetric[k])), points[k]
 
-    monkeypatch.setattr(world, "of_kind", lambda kind: SimpleNamespace(kind=kind), raising=False)
     asked = record(
         monkeypatch, continuation, brute_force=runs, polished=near,
         shortest=lambda own, point, scale: (own, point), follow=lambda own, point, walk: (own.kind, point.name),
@@ -661,6 +682,5 @@ def test_a_response_begins_on_each_settled_orbit_that_is_stable_once(monkeypatch
     walk, flow = Walk(0.2, 0.5), {"tolerance": 2e-9, "threads": 5}
     found = continuation._roots(world, varied, walk, "settled", np.array([[1.0, 0.3]]), flow)
     assert found == [(Kind(1, True), 3), (Kind(4), 5)]
-    kinds = [Kind(1), Kind(2), Kind(1, True), Kind(1), Kind(4)]
-    assert polished == [(kind, section[k, 0].tolist(), float(k), walk.scale, flow) for k, kind in enumerate(kinds, 1)]
+    assert polished == [(k, walk.scale, flow) for k in range(1, 6)]
     assert [call["walk"] is walk for call in asked["follow"]] == [True, True]

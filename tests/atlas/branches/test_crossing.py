@@ -14,6 +14,7 @@ from gelcone.analyses.branches import continue_branch_words
 from gelcone.analyses.request import Subject
 from gelcone.atlas.branches import crossing
 from gelcone.atlas.branches.branch import Walk
+from gelcone.atlas.branches.event import DOUBLE
 from gelcone.atlas.branches.point import Direction, Metric, Point, at_value
 from gelcone.atlas.branches.varied import vary
 from gelcone.motion.orbit import Kind, Shooting
@@ -66,12 +67,16 @@ def test_where_newtons_method_fails_ever_narrower_brackets_find_the_event(monkey
         assert abs(event["value"] - value) <= 3.0 * event["value_error"] < within
 
 
-@pytest.mark.parametrize("exact", [crossing.FOLD, crossing.DOUBLE])
+@pytest.mark.parametrize("exact", [crossing.FOLD, DOUBLE])
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_an_event_exactly_at_a_point_is_found_once(monkeypatch, exact, sign):
-    tests = [(0.5, own) if exact == crossing.DOUBLE else (own, 0.5) for own in (sign, sign, 0.0, -sign, -sign)]
-    points = [SimpleNamespace(fold=f, double=d, nodes=np.full((1, 2), 0.1 * k), value=0.1 * k, tangent=None)
-              for k, (f, d) in enumerate(tests)]  # fmt: skip
+    tests = [(0.5, own) if exact == DOUBLE else (own, 0.5) for own in (sign, sign, 0.0, -sign, -sign)]
+    points = [
+        SimpleNamespace(
+            tests={crossing.FOLD: f, DOUBLE: d}, nodes=np.full((1, 2), 0.1 * k), value=0.1 * k, tangent=None
+        )
+        for k, (f, d) in enumerate(tests)
+    ]
     asked = []
     monkeypatch.setattr(crossing, "_event", lambda *given: asked.append(given[3]))
     for a, b in pairwise(points):
@@ -107,7 +112,7 @@ def pair(*multipliers, value=0.0):
 
 
 @pytest.mark.parametrize(
-    ("inner", "outer", "at"), [((0.5, 0.2), (1.5, 0.2), crossing.FOLD), ((-0.5, 0.2), (-1.5, 0.2), crossing.DOUBLE)]
+    ("inner", "outer", "at"), [((0.5, 0.2), (1.5, 0.2), crossing.FOLD), ((-0.5, 0.2), (-1.5, 0.2), DOUBLE)]
 )
 def test_the_unstable_side_is_that_of_the_point_beyond_the_multiplier(inner, outer, at):
     for low, high, side in ((inner, outer, 1.0), (outer, inner, -1.0)):
@@ -139,8 +144,7 @@ def test_rest_with_a_state_of_a_circuit_is_lost_where_theory_says():
     shooting = vary(model, {"voltage": (0.6, 0.75)}, (0.0, 0.0)).shooting(1e-9)
     nodes = np.zeros((shooting.count, 3))
     ends = [at_value(shooting, nodes, value, Metric.of(nodes, 1.0)).point for value in (0.64, 0.7)]
-    (at,) = (at for at, test in ((crossing.FOLD, "fold"), (crossing.DOUBLE, "double"))
-             if getattr(ends[0], test) * getattr(ends[1], test) < 0.0)  # fmt: skip
+    (at,) = (at for at, test in ends[0].tests.items() if test * ends[1].tests[at] < 0.0)
     found = crossing._at_rest(shooting, *ends, at)
     onset = gelcone.onset_voltage(model)
     assert float(found.values[0]) == pytest.approx(float(onset["onset_voltage"]), abs=1e-6)
@@ -157,7 +161,7 @@ def test_the_value_at_which_rest_is_lost_is_known_to_within_its_error():
         nodes = np.zeros((shooting.count, 2))
         for bracket in ((0.62, 0.7), (0.6, 0.75), (0.65, 0.66)):
             ends = [at_value(shooting, nodes, value, Metric.of(nodes, 1.0)).point for value in bracket]
-            at = crossing.FOLD if ends[0].fold * ends[1].fold < 0.0 else crossing.DOUBLE
+            at = crossing.FOLD if ends[0].tests[crossing.FOLD] * ends[1].tests[crossing.FOLD] < 0.0 else DOUBLE
             found.append(crossing._at_rest(shooting, *ends, at))
     values, errors = np.array([[orbit.values[0], orbit.errors[0]] for orbit in found]).T
     assert max(np.ptp(values), np.spacing(values[0])) <= errors.min() <= errors.max() < 1e-13

@@ -56,7 +56,7 @@ def test_differences_are_measured_by_the_largest_states_and_the_scale_of_the_val
 )
 def test_tests_pass_zero_where_a_multiplier_passes_the_unit_circle(multipliers, fold, double, stable):
     point = Point(np.zeros((1, 2)), 0.0, np.array(multipliers, complex), some())
-    assert (point.fold, point.double) == (pytest.approx(fold), pytest.approx(double))
+    assert point.tests == {1.0: pytest.approx(fold), -1.0: pytest.approx(double)}
     assert point.stable is stable
 
 

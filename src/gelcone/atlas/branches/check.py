@@ -117,15 +117,12 @@ def cover(tree: Tree, shooting: Shooting, runs: Runs, **flow: Any) -> Checked:
     flags: list[Flag] = []
     seeded = cycles = 0
     for k in np.flatnonzero(runs.period > 0):
-        value, state = float(runs.values[k]), runs.section[k, -1]
         if shooting.symmetric and np.abs(runs.section[k][:, :2]).max() < RESTING:
             continue
-        kind = kind_of(int(runs.period[k]), bool(runs.symmetric[k]))
-        own = shooting.of_kind(kind)
-        point = polished(own, state, value, tree.walk.scale, **flow)
+        own, point = polished(shooting, runs, k, tree.walk.scale, **flow)
         if point is None or (runs.attracting and not point.stable):
             if runs.arrived[k]:
-                flags.append(Flag(NO_ORBIT, -1, value))
+                flags.append(Flag(NO_ORBIT, -1, float(runs.values[k])))
             continue
         if shooting.symmetric and np.abs(point.nodes[:, :2]).max() < RESTING:
             continue  # a slow decay, which ends at rest
@@ -138,16 +135,17 @@ def cover(tree: Tree, shooting: Shooting, runs: Runs, **flow: Any) -> Checked:
     return Checked(cycles, seeded, 0, flags)
 
 
-def polished(shooting: Shooting, state: Array, value: float, scale: float, **flow: Any) -> Point | None:
-    """The orbit near the motion that is at ``state`` at phase 0; None where there is none."""
+def polished(shooting: Shooting, runs: Runs, k: np.intp, scale: float, **flow: Any) -> tuple[Shooting, Point | None]:
+    """The shooting for the period of a settled motion, and the orbit near the motion; None where there is none."""
+    value, state = float(runs.values[k]), runs.section[k, -1]
+    shooting = shooting.of_kind(kind_of(int(runs.period[k]), bool(runs.symmetric[k])))
     members = shooting.members_at((value,))
     times = members.forcing_period[:, None] * (np.arange(shooting.count) / shooting.segments)
     nodes = integrate(members, state, times, **flow).states[0]
     if not np.isfinite(nodes).all():
-        return None
-    metric = Metric.of(nodes, scale)
-    found = at_value(shooting, nodes, value, metric)
-    return found.point if found.step < FARTHEST_CYCLE else None
+        return shooting, None
+    found = at_value(shooting, nodes, value, Metric.of(nodes, scale))
+    return shooting, found.point if found.step < FARTHEST_CYCLE else None
 
 
 def shortest(shooting: Shooting, point: Point, scale: float) -> tuple[Shooting, Point]:

@@ -18,7 +18,7 @@ from gelcone.atlas.branches.check import FLAGS, Checked, Runs, brute_force, cove
 from gelcone.atlas.branches.follow import follow
 from gelcone.atlas.branches.journal import journal_in
 from gelcone.atlas.branches.point import Metric, Point, at_value
-from gelcone.atlas.branches.tree import Tree, kind_of, whole_period
+from gelcone.atlas.branches.tree import Tree, whole_period
 from gelcone.atlas.branches.varied import Varied, vary
 from gelcone.atlas.plan import DEFAULT_INITIAL
 from gelcone.codes import Outcome, Regime
@@ -136,16 +136,15 @@ def continue_branch(
     'at 0.65809, supercritical: True'
     """
     varied = vary(model, {parameter: (low, high)}, initial)
-    check_following(switch, checks, points, tolerance, threads)
+    counts = {"switch": switch, "checks": checks, "points": points}
+    check_following(counts, tolerance, threads)
     options = {
         "parameter": parameter,
         "low": float(varied.low[0]),
         "high": float(varied.high[0]),
         "initial": varied.plan.initial,
         "start": start if isinstance(start, str) else "result",
-        "switch": switch,
-        "checks": checks,
-        "points": points,
+        **counts,
         "tolerance": tolerance,
     }
     flow = {"tolerance": tolerance, "threads": threads}
@@ -196,10 +195,10 @@ def _digest(start: Any) -> str:
     return whole.hexdigest()[:16]
 
 
-def check_following(switch: int, checks: int, points: int, tolerance: float, threads: int | None) -> None:
-    """Raises `InputError` for options of a continuation that are too small, and for those of `check_flow`."""
-    for name, count, least in (("switch", switch, 0), ("checks", checks, 2), ("points", points, 2)):
-        check_count(name, count, least)
+def check_following(counts: Mapping[str, int], tolerance: float, threads: int | None) -> None:
+    """Raises `InputError` for counts of a continuation that are too small, and for the options of `check_flow`."""
+    for name, count in counts.items():
+        check_count(name, count, 0 if name == "switch" else 2)
     check_flow(tolerance, threads)
 
 
@@ -236,8 +235,7 @@ def _roots(
     """The branches from which the others grow."""
     if isinstance(start, str) and start not in STARTS:
         raise unknown_name("start of branches", start, STARTS)
-    named = isinstance(start, str)
-    if shooting.symmetric and (not named or start == "rest"):
+    if shooting.symmetric and (not isinstance(start, str) or start == "rest"):
         nodes = _resting(shooting, walk.low)
         found = at_value(shooting, nodes, walk.low, Metric.of(nodes, walk.scale)).point
         if found is None:
@@ -245,7 +243,7 @@ def _roots(
                 f"start = rest: the flat film is not an orbit at {varied.names[0]} = {varied.said(walk.low)}"
             )
         return [follow(shooting, found, walk, both_ways=False, resting=True)]
-    if not named:
+    if not isinstance(start, str):
         return []
     if start == "rest":
         n = shooting.numbers_at((walk.low,))
@@ -254,14 +252,11 @@ def _roots(
     runs = brute_force(walk, shooting, np.array([walk.low, walk.high]), states, **flow)
     roots: list[Branch] = []
     for k in np.flatnonzero(runs.period > 0):
-        kind = kind_of(int(runs.period[k]), bool(runs.symmetric[k]))
-        own = shooting.of_kind(kind)
-        point = polished(own, runs.section[k, -1], float(runs.values[k]), walk.scale, **flow)
+        own, point = polished(shooting, runs, k, walk.scale, **flow)
         if point is None or not point.stable:
             continue
         own, point = shortest(own, point, walk.scale)
-        known = Tree(walk, 0, list(roots))
-        if not known.holds(own, point):
+        if not Tree(walk, 0, roots).holds(own, point):
             roots.append(follow(own, point, walk))
     if not roots and start == "settled":
         raise InputError(
@@ -341,7 +336,7 @@ def _label(varied: Varied, tree: Tree, runs: Runs, checked: Checked, options: di
     events = [event for branch in branches for event in branch.events]
     nodes = max(_kept(branch.shooting)[1] for branch in branches)
     kinds = np.array([FLAGS.index(flag.kind) for flag in checked.flags], dtype=np.int8)
-    section = runs.section[:, -MOST_SECTIONS:]
+    said, section = _of(checked.flags, "explanation", str), runs.section[:, -MOST_SECTIONS:]
     variables: dict[str, dataset.Variable] = {
         **_point_variables(branches, nodes, scale, along),
         **_branch_variables(branches, events),
@@ -350,22 +345,12 @@ def _label(varied: Varied, tree: Tree, runs: Runs, checked: Checked, options: di
         "run_period": (("run",), runs.period, "period of the settled motion, 0 for none", "count"),
         "run_section": (("run", "repeat", "state"), section, "settled motion once every forcing period", own),
         "flag_kind": (("flag",), kinds, "contradiction between branches and brute force", "flag"),
-        "flag_explanation": (
-            ("flag",),
-            _of(checked.flags, "explanation", str),
-            "explanation of the contradiction",
-            "code",
-        ),
+        "flag_explanation": (("flag",), said, "explanation of the contradiction", "code"),
         "flag_branch": (("flag",), _of(checked.flags, "branch", int), "branch of the contradiction", "count"),
         "flag_value": (("flag",), scale * _of(checked.flags, "value", float), "", along),
-        "checked_cycles": (
-            (),
-            np.array(checked.cycles),
-            "settled cycles that were compared with the branches",
-            "count",
-        ),
-        "checked_orbits": ((), np.array(checked.orbits), "stable orbits near which runs started", "count"),
-        "seeded": ((), np.array(checked.seeded), "branches that a settled cycle started", "count"),
+        "checked_cycles": ((), checked.cycles, "settled cycles that were compared with the branches", "count"),
+        "checked_orbits": ((), checked.orbits, "stable orbits near which runs started", "count"),
+        "seeded": ((), checked.seeded, "branches that a settled cycle started", "count"),
     }
     result = dataset.label(varied.plan.cone, variables, outcome=np.array(Outcome.OK), options=options, title=TITLE)
     for variable in result.variables.values():

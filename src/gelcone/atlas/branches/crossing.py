@@ -6,8 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone.atlas.branches.branch import Event, EventKind, Walk
-from gelcone.atlas.branches.event import DOUBLE, FOLD, Singular, bordered, born, locate
-from gelcone.atlas.branches.point import Direction, Metric, Point, at_value, between, point_between
+from gelcone.atlas.branches.event import FOLD, Singular, bordered, born, locate
+from gelcone.atlas.branches.point import Direction, Metric, Point, at_value, between, point_between, way
 from gelcone.motion.orbit import Shooting
 
 SECTIONS = 30
@@ -20,11 +20,8 @@ ROUNDING_AT_TORUS = 1e-12
 
 def events_between(shooting: Shooting, a: Point, b: Point, after: int, walk: Walk, resting: bool) -> list[Event]:
     """The events between two neighbouring points, in their order along the branch."""
-    crossed = []
-    if (a.fold < 0.0) != (b.fold < 0.0):
-        crossed.append((FOLD, a.fold / (a.fold - b.fold)))
-    if (a.double < 0.0) != (b.double < 0.0):
-        crossed.append((DOUBLE, a.double / (a.double - b.double)))
+    tests = [(at, one, b.tests[at]) for at, one in a.tests.items()]
+    crossed = [(at, one / (one - other)) for at, one, other in tests if (one < 0.0) != (other < 0.0)]
     torus = shooting.size > 2 and _pairs_outside(a) != _pairs_outside(b)
     if not (crossed or torus):
         return []
@@ -46,7 +43,7 @@ def _event(
     """One event between two points, by Newton's method from a guess in a bracket that narrows until it converges."""
     side = _unstable_side(a, b, at)
     metric = Metric.of(a.nodes, walk.scale)
-    width = metric.length(Direction(b.nodes - a.nodes, b.value - a.value))
+    width = metric.length(way(a, b))
     for _ in range(SECTIONS):
         if resting:
             orbit = _at_rest(shooting, a, b, at)
@@ -55,33 +52,31 @@ def _event(
             orbit = locate(shooting, guess.nodes, np.array([guess.value]), at, 0.5)
         if orbit is not None:
             off = Direction(orbit.nodes - a.nodes, float(orbit.values[0]) - a.value)
-            chord = Direction(b.nodes - a.nodes, b.value - a.value)
+            chord = way(a, b)
             place = metric.inner(off, chord) / metric.inner(chord, chord)
             if resting or (-1e-6 <= place <= 1.0 + 1e-6 and metric.length(off) < 2.0 * width):
                 return _named(shooting, orbit, side, after, resting, True)
         middle = point_between(shooting, a, b, share, metric) or point_between(shooting, a, b, 0.5, metric)
         if middle is None:
             return None
-        one, other, here = (p.fold if at == FOLD else p.double for p in (a, b, middle))
+        one, other, here = (p.tests[at] for p in (a, b, middle))
         if (one < 0.0) != (here < 0.0):
             b, other = middle, here
         else:
             a, one = middle, here
-        before, width = width, metric.length(Direction(b.nodes - a.nodes, b.value - a.value))
+        before, width = width, metric.length(way(a, b))
         # linear interpolation alone would move only one end
         share = min(max(one / (one - other), 0.1), 0.9) if width < 0.5 * before else 0.5
         if width < 1e-10:
             break
-    orbit = Singular(
-        a.nodes,
-        np.array([0.5 * (a.value + b.value)]),
-        np.array([abs(b.value - a.value) + 1e-12]),
-        np.zeros_like(a.nodes),
-        np.zeros_like(a.nodes),
-        a.multipliers,
-        at,
-    )
-    return _named(shooting, orbit, side, after, resting, False)
+    return _named(shooting, _bracketed(a, b, 1e-12, a.multipliers, at), side, after, resting, False)
+
+
+def _bracketed(a: Point, b: Point, rounding: float, multipliers: npt.NDArray[np.complex128], at: float) -> Singular:
+    """The orbit in the middle of two points, of which only the value and its error are known."""
+    none, width = np.zeros_like(a.nodes), abs(b.value - a.value)
+    value, error = np.array([0.5 * (a.value + b.value)]), np.array([width + rounding])
+    return Singular(a.nodes, value, error, none, none, multipliers, at)
 
 
 def _named(shooting: Shooting, orbit: Singular, side: float, after: int, resting: bool, resolved: bool) -> Event:
@@ -99,8 +94,7 @@ def _named(shooting: Shooting, orbit: Singular, side: float, after: int, resting
 
 def _unstable_side(a: Point, b: Point, at: float) -> float:
     """The side of the event, in the parameter, on which a multiplier is beyond ``at``: 1 above, -1 below."""
-    one = a.fold if at == FOLD else a.double
-    inner, outer = (b, a) if one < 0.0 else (a, b)
+    inner, outer = (b, a) if a.tests[at] < 0.0 else (a, b)
     return float(np.sign(outer.value - inner.value))
 
 
@@ -115,12 +109,8 @@ def _at_rest(shooting: Shooting, a: Point, b: Point, at: float) -> Singular | No
             return Point(nodes, value, multipliers, a.tangent)
         return at_value(shooting, nodes, value, Metric.of(a.nodes, 1.0)).point or a
 
-    def test(value: float) -> float:
-        point = resting(value)
-        return point.fold if at == FOLD else point.double
-
     low, high = sorted((a.value, b.value))
-    value = float(brentq(test, low, high, xtol=1e-15, rtol=1e-15))
+    value = float(brentq(lambda value: resting(value).tests[at], low, high, xtol=1e-15, rtol=1e-15))
     point = resting(value)
     system = bordered(shooting, point.nodes, np.array([value]), at, None, None)
     if system is None:
@@ -151,11 +141,8 @@ def _torus(shooting: Shooting, a: Point, b: Point, after: int, walk: Walk) -> Ev
         if middle is None:
             break
         low, high = (middle, high) if _pairs_outside(middle) == pairs else (low, middle)
-    zeros = np.zeros_like(low.nodes)
-    error = np.array([abs(high.value - low.value) + ROUNDING_AT_TORUS * walk.scale])
-    value = np.array([0.5 * (low.value + high.value)])
     multipliers = (low if _complex(low).any() else high).multipliers
-    orbit = Singular(low.nodes, value, error, zeros, zeros, multipliers, FOLD)
+    orbit = _bracketed(low, high, ROUNDING_AT_TORUS * walk.scale, multipliers, FOLD)
     return Event(EventKind.TORUS, orbit, None, side, after, shooting.kind)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from gelcone.atlas.branches.branch import Branch, Ending, Walk
 from gelcone.atlas.branches.checkpoint import Checkpoint
 from gelcone.atlas.branches.crossing import events_between
-from gelcone.atlas.branches.event import DOUBLE, Singular, locate
+from gelcone.atlas.branches.event import DOUBLE, FOLD, Singular, locate
 from gelcone.atlas.branches.point import (
     Corrected,
     Direction,
@@ -22,6 +22,7 @@ from gelcone.atlas.branches.point import (
     cubic_weights,
     facing,
     point_between,
+    way,
 )
 from gelcone.motion.orbit import Kind, Shooting
 from gelcone.quantity import Array
@@ -150,10 +151,8 @@ def _turned_back(shooting: Shooting, points: list[Point], point: Point, metric: 
     if len(points) < 2:
         return None
     before, here = points[-2], points[-1]
-    back, ahead = (
-        metric.length(Direction(b.nodes - a.nodes, b.value - a.value)) for a, b in ((before, here), (here, point))
-    )
-    for at in (1.0, -1.0):
+    back, ahead = metric.length(way(before, here)), metric.length(way(here, point))
+    for at in (FOLD, DOUBLE):
         first, middle, last = (float(np.prod(1.0 - at * p.multipliers).real) for p in (before, here, point))
         if middle * last <= 0.0:
             continue
@@ -164,7 +163,7 @@ def _turned_back(shooting: Shooting, points: list[Point], point: Point, metric: 
         if not 0.0 < share < 1.0 or (middle + 0.5 * slope * share * ahead) / middle > CLOSE * min(1.0, last / middle):
             continue
         found = point_between(shooting, here, point, share, metric)
-        if found is not None and (found.fold if at > 0.0 else found.double) * middle < 0.0:
+        if found is not None and found.tests[at] * middle < 0.0:
             return found
     return None
 
@@ -173,7 +172,7 @@ def _ahead(before: Point | None, here: Point, tangent: Direction, metric: Metric
     """The guess a step ahead: on the cubic through the last two points with the tangents there."""
     if before is None:
         return along(here, tangent, step)
-    apart = metric.length(Direction(here.nodes - before.nodes, here.value - before.value))
+    apart = metric.length(way(before, here))
     back = metric.unit(before.tangent)
     a, b, c, d = cubic_weights(1.0 + step / apart) * np.array([1.0, 1.0, apart, apart])
     nodes = a * before.nodes + b * here.nodes + c * back.nodes + d * tangent.nodes
@@ -252,8 +251,7 @@ def _closes(points: list[Point], metric: Metric, step: float) -> bool:
     start, here, before = points[0], points[-1], points[-2]
     if min(abs(here.value - start.value), abs(before.value - start.value)) > 2.0 * step * metric.value:
         return False
-    apart = Direction(here.nodes - start.nodes, here.value - start.value)
-    earlier = Direction(before.nodes - start.nodes, before.value - start.value)
+    apart, earlier = way(start, here), way(start, before)
     if metric.length(apart) > 2.0 * step or metric.length(earlier) > 2.0 * step:
         return False
     tangent = metric.unit(start.tangent)

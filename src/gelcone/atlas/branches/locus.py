@@ -124,7 +124,8 @@ def locus(
     if len(names) != 2:
         raise InputError(f"over: a locus takes two parameters, not {len(names)}; for one, use continue_branch")
     varied = vary(model, over, initial)
-    check_following(switch, checks, points, tolerance, threads)
+    counts = {"switch": switch, "checks": checks, "points": points}
+    check_following(counts, tolerance, threads)
     own = _own_value(varied)
     counted, flow = Counted(progress), {"tolerance": tolerance, "threads": threads}
     across = vary(model, {names[0]: over[names[0]]}, initial)
@@ -160,9 +161,7 @@ def locus(
         "over": {n: [float(a), float(b)] for n, a, b in zip(names, varied.low, varied.high, strict=True)},
         "initial": varied.plan.initial,
         "start": start,
-        "switch": switch,
-        "checks": checks,
-        "points": points,
+        **counts,
         "tolerance": tolerance,
     }
     result = _label(varied, curves, options)

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from gelcone.atlas.branches.event import DOUBLE, FOLD
 from gelcone.motion.cyclic import solve_ring
 from gelcone.motion.orbit import Pass, Shooting
 from gelcone.quantity import Array
@@ -85,17 +86,11 @@ class Point:
     tangent: Direction
 
     @cached_property
-    def fold(self) -> float:
-        """Test function that passes 0 where a multiplier passes 1: the product of (1 - mu)/(1 + |mu|)."""
-        return self._test(1.0)
-
-    @cached_property
-    def double(self) -> float:
-        """Test function that passes 0 where a multiplier passes -1."""
-        return self._test(-1.0)
-
-    def _test(self, at: float) -> float:
-        return math.prod((1.0 - at * m) / (1.0 + abs(m)) for m in self.multipliers.tolist()).real
+    def tests(self) -> dict[float, float]:
+        """Map 1 and -1 to a test function that passes 0 where a multiplier mu passes it: the product of
+        (1 - mu)/(1 + |mu|) for 1, and of (1 + mu)/(1 + |mu|) for -1."""
+        multipliers = self.multipliers.tolist()
+        return {at: math.prod((1.0 - at * m) / (1.0 + abs(m)) for m in multipliers).real for at in (FOLD, DOUBLE)}
 
     @property
     def stable(self) -> bool:
@@ -111,6 +106,11 @@ class Corrected:
     point: Point | None
     left: bool = False
     step: float = np.inf
+
+
+def way(a: Point, b: Point) -> Direction:
+    """The difference between two points."""
+    return Direction(b.nodes - a.nodes, b.value - a.value)
 
 
 def along(start: Point, direction: Direction, by: float) -> Direction:
@@ -178,8 +178,7 @@ def facing(point: Point, way: Direction, metric: Metric) -> Point:
 
 def point_between(shooting: Shooting, a: Point, b: Point, share: float, metric: Metric) -> Point | None:
     """The point of a branch between two others, at about a ``share`` of the way; None where none is found."""
-    chord = metric.unit(Direction(b.nodes - a.nodes, b.value - a.value))
-    found = correct(shooting, between(a, b, share, metric.value), chord, metric).point
+    found = correct(shooting, between(a, b, share, metric.value), metric.unit(way(a, b)), metric).point
     return None if found is None else facing(found, a.tangent, metric)
 
 
@@ -195,7 +194,7 @@ def shares_at(a: Point, b: Point, value: float, scale: float) -> list[float]:
 def _cubic(a: Point, b: Point, s: Array, scale: float) -> Array:
     """Weights (4, ...) of both points and their tangents, each as long as the way."""
     metric = Metric.of(a.nodes, scale)
-    whole = metric.length(Direction(b.nodes - a.nodes, b.value - a.value))
+    whole = metric.length(way(a, b))
     lengths = [whole / metric.length(point.tangent) for point in (a, b)]
     scales = np.array([1.0, 1.0, *lengths])
     return cubic_weights(s) * scales.reshape(4, *(1,) * np.ndim(s))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gelcone.atlas.branches.branch import Event, EventKind, Walk, born_map
+from gelcone.atlas.branches.event import DOUBLE
 from gelcone.atlas.branches.point import Corrected, Direction, Metric, Point, correct, facing
 from gelcone.motion.orbit import Shooting
 
@@ -41,7 +42,7 @@ def first_points(shooting: Shooting, event: Event, walk: Walk) -> tuple[Shooting
         shift = amplitude * amplitude
         guess = Direction(nodes + amplitude * null + shift * bend, value + shift * curvature)
         found: Corrected = correct(child, guess, tangent, metric)
-        if found.point is not None and found.step < 0.3 * amplitude and found.point.double > 0.0:
+        if found.point is not None and found.step < 0.3 * amplitude and found.point.tests[DOUBLE] > 0.0:
             start = Point(nodes, value, found.point.multipliers, tangent)
             return child, start, facing(found.point, tangent, metric)
         amplitude *= 0.4

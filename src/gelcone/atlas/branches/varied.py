@@ -7,8 +7,8 @@ film's thickness, changes several parameters at once: the device then computes t
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -100,8 +100,7 @@ class Varied:
 
     def shooting(self, tolerance: float = DEFAULT_TOLERANCE) -> Shooting:
         """Shooting for all orbits in the intervals, with the number of segments that the fastest corner needs."""
-        spread = np.meshgrid(*(np.linspace(low, high, 3) for low, high in zip(*self.ends, strict=True)))
-        corners = self.ensemble([axis.ravel() for axis in spread]).members()
+        corners = self.ensemble(_corners(*self.ends)).members()
         phase = max(repeat_phase(corners.take(slice(k, k + 1))) for k in range(corners.size))
         time = phase / corners.number("drive_frequency")
         segments = segments_for(float(corners.fastest.max()), float(time.max()))
@@ -109,9 +108,8 @@ class Varied:
             return Shooting(self.plan.cone.members(), self.names, Kind(1), segments, phase, tolerance)
         middle = corners.take(slice(corners.size // 2, corners.size // 2 + 1))
         around = tuple(0.5 * (low + high) for low, high in zip(*self.ends, strict=True))
-        if self.parameters:
-            return Shooting(middle, self.parameters, Kind(1), segments, phase, tolerance, None, around)
-        return Shooting(middle, self.names, Kind(1), segments, phase, tolerance, self.settings, around)
+        names = self.parameters or self.names
+        return Shooting(middle, names, Kind(1), segments, phase, tolerance, self.settings, around)
 
     @property
     def ends(self) -> tuple[Array, Array]:
@@ -156,13 +154,12 @@ def vary(target: ConeModel | Device, over: Mapping[str, tuple[Any, Any]], initia
     InputError : for an ensemble, an unknown name, or an interval that is empty, reversed or out of bounds.
     """
     check_one(target, "branches")
-    ends = np.array([_interval(target, name, low, high) for name, (low, high) in over.items()])
-    names, ones = tuple(over), np.ones(len(over))
-    varied = Varied(target, names, ends[:, 0], ends[:, 1], initial, ones, names)
+    low, high = np.array([_interval(target, name, *ends) for name, ends in over.items()]).T
+    varied = Varied(target, tuple(over), low, high, initial, np.ones(len(over)), tuple(over))
     if not isinstance(target, Device):
         return varied
     parameters, scales = _standing_for(varied)
-    return Varied(target, names, ends[:, 0], ends[:, 1], initial, scales, parameters)
+    return replace(varied, scales=scales, parameters=parameters)
 
 
 def _interval(target: ConeModel | Device, name: str, low: Any, high: Any) -> tuple[float, float]:
@@ -187,11 +184,15 @@ def _named(varied: Varied, values: Sequence[Any]) -> dict[str, Array]:
     return {name: np.asarray(value) * scale for name, value, scale in scaled}
 
 
+def _corners(low: Array, high: Array) -> list[Array]:
+    """The ends and middles of the intervals, each with each of the others."""
+    return [axis.ravel() for axis in np.meshgrid(*map(partial(np.linspace, num=3), low, high))]
+
+
 def _standing_for(varied: Varied) -> tuple[tuple[str, ...], Array]:
     """The parameters of the model that are proportional to the fields, and the field of one unit of each. Without
     parameters, where others change with the fields, too, the larger end of each field."""
-    spread = np.meshgrid(*(np.linspace(low, high, 3) for low, high in zip(varied.low, varied.high, strict=True)))
-    fields = [axis.ravel() for axis in spread]
+    fields = _corners(varied.low, varied.high)
     model = varied.ensemble(fields)
     moved = {name: v for name, v in model.values.items() if np.unique(v).size > 1}
     found, scales = [], []
