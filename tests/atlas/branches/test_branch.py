@@ -49,4 +49,4 @@ def test_multipliers_of_a_symmetric_orbit_are_squared_over_its_period():
     ],
 )  # fmt: skip
 def test_events_are_named_in_words(kind, words):
-    assert kind.label == words
+    assert kind.words == words

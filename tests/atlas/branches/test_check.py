@@ -102,7 +102,7 @@ def covered(monkeypatch, points, known=(), attracting=True, arrived=True, symmet
     shooting.of_kind = lambda kind: shooting
     tree = SimpleNamespace(
         walk=SimpleNamespace(scale=1.0),
-        find=lambda own, nodes, value: 0 if value in known else None,
+        holds=lambda own, point: point.value in known,
         add=lambda branch, level: grown.append((branch, level)),
         grow=lambda: grown.append("grown"),
     )

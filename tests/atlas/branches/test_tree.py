@@ -157,14 +157,11 @@ def test_a_branch_that_shrinks_to_rest_ends_where_rest_loses_its_stability():
 
 def test_an_orbit_is_found_between_its_two_points():
     tree = grown(maps.s_curve, maps.value_of(1.2), maps.AWAY + 1.2, switch=0)
-    world, (branch,) = maps.Maps(maps.s_curve), tree.branches
+    world = maps.Maps(maps.s_curve)
     for s in (-1.7, 0.3, 1.05, 1.9):
-        number, before = tree.find(world, maps.nodes_of(maps.AWAY + s), maps.value_of(s))
-        at = np.array([point.nodes[0, 0] for point in branch.points[before : before + 2]]) - maps.AWAY
-        assert number == 0
-        assert at.min() - 1e-9 <= s <= at.max() + 1e-9
-        assert tree.holds(world, maps.orbit_at(world, maps.value_of(s), maps.AWAY + s))
-        assert tree.find(world, maps.nodes_of(maps.AWAY + s + 1e-3), maps.value_of(s)) is None
+        here = maps.orbit_at(world, maps.value_of(s), maps.AWAY + s)
+        assert tree.holds(world, here)
+        assert not tree.holds(world, replace(here, nodes=np.add(here.nodes, [1e-3, 0.0])))
     x, value = maps.cycle_of(0.3)
     cycles = world.of_kind(Kind(2))
     assert not tree.holds(cycles, maps.orbit_at(cycles, value, *x))
@@ -219,7 +216,7 @@ def test_a_branch_begins_at_the_event_at_which_it_is_born(monkeypatch, kind, lev
     )
     asked = record(monkeypatch, tree, first_points=("child", start, point), follow=child)
     own = Tree(WALK, switch)
-    own.branches, own.find = [SimpleNamespace(shooting=world)], lambda *given: None
+    own.branches, own.holds = [SimpleNamespace(shooting=world)], lambda *given: False
     own.waiting.append((event, level))
     own.grow()
     assert not own.waiting

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from enum import IntEnum
 
 import numpy as np
 import numpy.typing as npt
@@ -30,7 +29,7 @@ class Ending(Code):
     POINTS = 7, "took as many points as were allowed"
 
 
-class EventKind(IntEnum):
+class EventKind(Code):
     """Kinds of events."""
 
     FOLD = 0
@@ -41,11 +40,6 @@ class EventKind(IntEnum):
     GENERALISED_DOUBLING = 5
     DEGENERATE_SYMMETRY_BREAKING = 6
     TORUS = 7
-
-    @property
-    def label(self) -> str:
-        """The name in words."""
-        return self.name.lower().replace("_", " ")
 
 
 @dataclass(eq=False)

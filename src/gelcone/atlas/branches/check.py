@@ -128,7 +128,7 @@ def cover(tree: Tree, shooting: Shooting, runs: Runs, **flow: Any) -> Checked:
             continue  # a slow decay, which ends at rest
         cycles += 1
         own, point = shortest(own, point, tree.walk.scale)
-        if tree.find(own, point.nodes, point.value) is None:
+        if not tree.holds(own, point):
             tree.add(follow(own, point, tree.walk), 0)
             seeded += 1
             tree.grow()

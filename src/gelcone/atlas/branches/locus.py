@@ -157,7 +157,7 @@ def locus(
             curves.append(curve)
         counted((1.0 - FOLLOWING) / len(seeds))
     options = {
-        "event": kind.label,
+        "event": kind.words,
         "over": {n: [float(a), float(b)] for n, a, b in zip(names, varied.low, varied.high, strict=True)},
         "initial": varied.plan.initial,
         "start": start,
@@ -282,7 +282,7 @@ def _label(varied: Varied, curves: list[Curve], options: dict[str, Any]) -> xr.D
     result = dataset.label(cone, variables, outcome=np.array(Outcome.OK), options=options, title="locus")
     result["orbit"].attrs |= varied.along(*varied.names)
     result["event_orbit"].attrs |= varied.along("event_first", "event_second")
-    return result.assign_attrs(parameters=",".join(varied.names), event=curves[0].kind.label, **varied.about)
+    return result.assign_attrs(parameters=",".join(varied.names), event=curves[0].kind.words, **varied.about)
 
 
 def _curvature(shooting: Shooting, point: Singular) -> float:

@@ -81,24 +81,21 @@ class Tree:
 
     def holds(self, shooting: Shooting, point: Point) -> bool:
         """True if an orbit lies on a branch of the tree."""
-        return self.find(shooting, point.nodes, point.value) is not None
-
-    def find(self, shooting: Shooting, nodes: Array, value: float) -> tuple[int, int] | None:
-        """Numbers of the branch on which an orbit lies and of the point before it; None where it lies on none."""
-        for number, branch in enumerate(self.branches):
+        for branch in self.branches:
             if branch.map != shooting.kind:
                 continue
-            for k, share in _passing(branch, value, self.walk.scale):
+            for k, share in _passing(branch, point.value, self.walk.scale):
                 a, b = branch.points[k], branch.points[k + 1]
                 guess = between(a, b, share, self.walk.scale)
                 size = np.maximum(np.abs(a.nodes).max(axis=0), np.abs(b.nodes).max(axis=0))
                 reach = (np.abs(b.nodes - a.nodes) / np.maximum(size, SMALLEST)).max() + 1e-3
-                if distance(shooting, guess.nodes, nodes) > 2.0 * reach:
+                if distance(shooting, guess.nodes, point.nodes) > 2.0 * reach:
                     continue
-                found = at_value(branch.shooting, guess.nodes, value, Metric.of(guess.nodes, self.walk.scale)).point
-                if found is not None and distance(shooting, found.nodes, nodes) < SAME_ORBIT:
-                    return number, k
-        return None
+                metric = Metric.of(guess.nodes, self.walk.scale)
+                found = at_value(branch.shooting, guess.nodes, point.value, metric).point
+                if found is not None and distance(shooting, found.nodes, point.nodes) < SAME_ORBIT:
+                    return True
+        return False
 
     def _met(self, merge: Singular, branch: Branch) -> Event | None:
         """The known event at which a merging branch ends."""
