@@ -6,7 +6,8 @@ orbits complete the sweeps by the unstable part between two jumps, and by motion
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -46,6 +47,7 @@ FILLED = 7
 """Frequencies that are added in an interval next to a bend."""
 BENT = 0.01
 """Distance of a stroke from the line between its neighbours, over the largest stroke, at which the response bends."""
+OfSweeps = TypeVar("OfSweeps", Swing, Peaks)
 AT_ONCE = 512
 """Motions whose samples are in memory at a time."""
 STARTS = (1.0, 0.05, -1.0)
@@ -259,9 +261,9 @@ def _complete(model: Members, grids: Array, swept: Swing, search: dict[str, Any]
         swept.harmonics[at], swept.validity[at] = motion.harmonics, motion.validity
 
 
-def _by_branch(swept: Swing) -> Swing:
-    """The swings (members * branches, ...) with the shape (members, branches, ...)."""
-    return Swing(**{n: v.reshape(-1, len(BRANCHES), *v.shape[1:]) for n, v in vars(swept).items()})
+def _by_branch(swept: OfSweeps) -> OfSweeps:
+    """The swings or peaks (members * branches, ...) with the shape (members, branches, ...)."""
+    return replace(swept, **{n: v.reshape(-1, len(BRANCHES), *v.shape[1:]) for n, v in vars(swept).items()})
 
 
 # --- branches ---------------------------------------------------------------------------------------------------------
@@ -281,16 +283,8 @@ def _with_branches(
     period = np.concatenate([swept.period[0].ravel(), fixed.period])
     period[~np.isfinite(final).all(axis=1)] = 0
     runs = Runs(values, final[:, None], period, np.zeros(values.size, dtype=bool), period > 0)
-    followed = continue_branch(
-        model,
-        "drive_frequency",
-        grid[0],
-        grid[-1],
-        tuple(initial[0]),
-        start=runs,
-        progress=progress,
-        **integration(search),
-    )
+    ends, own = (grid[0], grid[-1]), integration(search)
+    followed = continue_branch(model, "drive_frequency", *ends, tuple(initial[0]), start=runs, progress=progress, **own)
     result = attach(result, followed)
     named = dataset.attributes("stroke of the settled motion from a fixed state", "length")
     result["fixed_stroke"] = ("start", "drive_frequency"), 2.0 * fixed.amplitude.reshape(len(starts), -1), named
@@ -308,13 +302,10 @@ def _jump_events(result: xr.Dataset, followed: xr.Dataset) -> dict[str, Any]:
         if near.size:
             best = near[np.lexsort((kinds[near], off[near]))[0]]
             events[k], codes[k] = at[best], kinds[best]
+    own = followed["event_kind"].attrs
     table: dataset.Table = {
         "jump_event": (events, "drive frequency of the bifurcation behind the jump", "frequency"),
-        "jump_event_kind": (
-            codes,
-            "kind of the bifurcation behind the jump, -1 for none",
-            followed["event_kind"].attrs,
-        ),
+        "jump_event_kind": (codes, "kind of the bifurcation behind the jump, -1 for none", own),
     }
     return dataset.columns("jump", table)
 
@@ -329,8 +320,11 @@ def _label(
     step = "drive_frequency" if shared else "step"
     each, wave, linear_wave = ("branch", step), ("branch", "harmonic", step), ("harmonic", step)
     harmonics, phase = np.moveaxis(swept.harmonics, -1, 2), np.moveaxis(swept.phases, -1, 2)
-    linear = linear_response(model.members(), grid)
-    linear_frequency, largest = linear_peak(model.members(), grid, np.reshape(linear.stroke, grid.shape))
+    members, still = model.members(), (swept.resting | np.isnan(swept.amplitude)).all(axis=-1)
+    peaks = Peaks(*(np.where(still, np.nan, values) for values in vars(_by_branch(peaks)).values()))
+    linear = linear_response(members, grid)
+    linear_frequency, largest = linear_peak(members, grid, np.reshape(linear.stroke, grid.shape))
+    of_stroke = quantity_of_stroke(members, linear.stroke, grid)
     lines = np.zeros((len(grid), len(HARMONICS), grid.shape[1]), dtype=complex)
     lines[:, :2] = linear.harmonics
     line_phase = np.where(np.abs(lines) > 0.0, np.degrees(np.angle(lines)), np.nan)
@@ -343,27 +337,17 @@ def _label(
         "resting": (each, swept.resting.astype(np.int8), "1 if the disc is at rest", "code"),
         "harmonic_amplitude": (wave, np.abs(harmonics), "amplitude of a harmonic of the drive", "length"),
         "harmonic_phase": (wave, phase, "phase of the harmonic ahead of the voltage's", "angle"),
-        "linear_stroke": (
-            (step,),
-            linear.stroke,
-            "stroke by linear theory",
-            quantity_of_stroke(model.members(), linear.stroke, grid),
-        ),
+        "linear_stroke": ((step,), linear.stroke, "stroke by linear theory", of_stroke),
         "linear_peak_frequency": ((), linear_frequency, "drive frequency of the largest linear stroke", "frequency"),
         "linear_peak_stroke": ((), largest, "largest stroke by linear theory", "length"),
         "linear_amplitude": (linear_wave, np.abs(lines), "amplitude of a harmonic by linear theory", "length"),
         "linear_phase": (linear_wave, line_phase, "phase of the harmonic by linear theory", "angle"),
+        "peak_frequency": (("branch",), peaks.frequency, "drive frequency of the highest peak", "frequency"),
+        "peak_low": (("branch",), peaks.low, "the peak lies above this frequency", "frequency"),
+        "peak_high": (("branch",), peaks.high, "the peak lies below this frequency", "frequency"),
+        "peak_amplitude": (("branch",), peaks.amplitude, "amplitude at the peak", "length"),
+        "peak_amplitude_error": (("branch",), peaks.error, "error of the amplitude at the peak", "length"),
     }
-    still = (swept.resting | np.isnan(swept.amplitude)).all(axis=-1)
-    for name, values, meaning, quantity in (
-        ("peak_frequency", peaks.frequency, "drive frequency of the highest peak", "frequency"),
-        ("peak_low", peaks.low, "the peak lies above this frequency", "frequency"),
-        ("peak_high", peaks.high, "the peak lies below this frequency", "frequency"),
-        ("peak_amplitude", peaks.amplitude, "amplitude at the peak", "length"),
-        ("peak_amplitude_error", peaks.error, "error of the amplitude at the peak", "length"),
-    ):
-        values = np.where(still, np.nan, values.reshape(-1, len(BRANCHES)))
-        variables[name] = ("branch",), values, meaning, quantity
     variables |= validity_variables(swept.validity, swept.outcome, model.system, each)
     over = grid[0] if shared else grid
     coords: dict[str, dataset.Variable] = {

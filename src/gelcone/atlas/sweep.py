@@ -352,8 +352,15 @@ class _Cells:
     def begin(self, parts: list[Part]) -> list[dict[str, Field]]:
         """Begins the fields of all cells as the first of the results, which are returned."""
         known = [result for _, result in parts if result is not None]
-        if not self.fields and known:
-            self._begin(known[0])
+        if self.fields or not known:
+            return known
+        size = self.plan.size
+        for name, field in known[0].items():
+            of = field.values
+            self.fields[name] = replace(field, values=np.full((size, *of.shape[1:]), fill_of(of.dtype), dtype=of.dtype))
+        self.fields["status"] = Field((), np.zeros(size, dtype=np.uint8), STATUS_ATTRIBUTES)
+        if self._store is not None:
+            self._store.begin(self.fields, coordinates(self.plan))
         return known
 
     def _count(self, cells: Cells) -> None:
@@ -362,21 +369,8 @@ class _Cells:
         chaotic = tally.chaotic
         if "regime" in self.fields:
             chaotic = (chaotic or 0) + int((self.fields["regime"].values[cells] == Regime.CHAOTIC).sum())
-        self.tally = replace(
-            tally,
-            computed=tally.computed + cells.size,
-            failed=tally.failed + failed,
-            chaotic=chaotic,
-        )
-
-    def _begin(self, result: dict[str, Field]) -> None:
-        size = self.plan.size
-        for name, field in result.items():
-            of = field.values
-            self.fields[name] = replace(field, values=np.full((size, *of.shape[1:]), fill_of(of.dtype), dtype=of.dtype))
-        self.fields["status"] = Field((), np.zeros(size, dtype=np.uint8), STATUS_ATTRIBUTES)
-        if self._store is not None:
-            self._store.begin(self.fields, coordinates(self.plan))
+        computed = tally.computed + cells.size
+        self.tally = replace(tally, computed=computed, failed=tally.failed + failed, chaotic=chaotic)
 
     def flush(self) -> None:
         """Writes the cells to the store that are not there yet."""

@@ -128,8 +128,7 @@ def refine(
     ``classified`` takes a threshold for each value and returns the evidence at the values.
     """
     least = [(t.high - t.low) / 2.0**halvings for t in thresholds]
-    rounds = halvings
-    for _ in range(rounds):
+    for _ in range(halvings):
         wide = [t for t, width in zip(thresholds, least, strict=True) if t.high - t.low > width and t.unchanged < 2]
         if not wide:
             break
@@ -142,4 +141,4 @@ def refine(
             for value, share, period in zip(tried[own], shares, evidence.period[own], strict=True):
                 threshold.add(float(value), float(share), int(period))
             threshold.narrow()
-        progress(1.0 / rounds)
+        progress(1.0 / halvings)
