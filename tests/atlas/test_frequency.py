@@ -406,7 +406,7 @@ def made_up(monkeypatch):
 def test_odd_members_are_swept_down_and_all_is_told_by_rising_frequency(made_up):
     grids = np.array([[1.0, 1.3, 1.4, 1.9], [1.1, 1.2, 1.5, 2.0]])
     initial = np.array([[0.1, 0.0], [0.2, 0.0]])
-    swept, falls, trail = module._sweep(RESTING.members().take([0, 0]), grids, initial, None, {})
+    swept, falls, trail = module._sweep(RESTING.members().take([0, 0]), np.array([0, 1]), grids, initial, None, {})
     np.testing.assert_array_equal(trail[0], [grids[0], grids[1, ::-1]])
     np.testing.assert_array_equal(swept.final[..., 0], grids)
     np.testing.assert_array_equal(swept.amplitude, resonance(grids))
@@ -521,6 +521,7 @@ def test_a_response_hands_each_part_what_it_was_asked_for(monkeypatch, given, br
     own = np.atleast_2d(initial)
     np.testing.assert_array_equal(sweep["initial"], np.repeat(own, 2, axis=0))
     np.testing.assert_array_equal(sweep["grids"], [grid] * 2 * count)
+    np.testing.assert_array_equal(sweep["branch"], [0, 1] * count)
     assert sweep["model"].damping_ratio.tolist() == np.repeat(np.ravel(model.damping_ratio), 2).tolist()
     for call in (sweep, peaks, jumps):
         assert call["search"] == SEARCH

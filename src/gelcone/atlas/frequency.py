@@ -150,7 +150,8 @@ def frequency(
     search = {"transient": transient, "patience": patience, "tolerance": tolerance, "threads": threads}
     filled = FILLED_SHARE if frequencies is None else 0.0
     first = weighted(counted, 1.0 - filled)
-    swept, falls, trail = _sweep(both, grids, states, weighted(first, 0.8), search)
+    branch = np.tile(np.arange(len(BRANCHES)), flat.size)
+    swept, falls, trail = _sweep(both, branch, grids, states, weighted(first, 0.8), search)
     peaks = highest_peaks(both, trail, falls, weighted(first, 0.15), search)
     jumps = jumps_of_sweeps(flat, grid, _by_branch(swept), falls, weighted(first, 0.05), search)
     options = {"initial": np.asarray(initial, dtype=float).tolist(), "nudge": NUDGE} | search
@@ -201,12 +202,12 @@ def _grid(model: ConeModel, frequencies: npt.ArrayLike) -> Array:
 
 
 def _sweep(
-    model: Members, grids: Array, initial: Array, progress: Progress, search: dict[str, Any]
+    model: Members, branch: Any, grids: Array, initial: Array, progress: Progress, search: dict[str, Any]
 ) -> tuple[Swing, Falls, Trail]:
-    """Swings (members, steps) at the frequencies ``grids``, with odd members swept down; their falls before each step;
-    and the trail of all motions on the way."""
-    down = np.arange(model.size) % len(BRANCHES) == 1
-    order = np.where(down[:, None], np.arange(grids.shape[1])[::-1], np.arange(grids.shape[1]))
+    """Swings (members, steps) at the frequencies ``grids``, each member on the ``branch`` of this index; their falls
+    before each step; and the trail of all motions on the way."""
+    down, steps = branch == BRANCHES.index("down"), np.arange(grids.shape[1])
+    order = np.where(down[:, None], steps[::-1], steps)
     walked = walk(model, np.take_along_axis(grids, order, axis=1), initial, progress, search)
     by_frequency = np.arange(model.size)[:, None], order
     swept = walked.reached.take(by_frequency)
@@ -232,14 +233,9 @@ def _bends_filled(
     places = (np.arange(FILLED) + 1.0) / (FILLED + 1.0)
     inner = np.exp(log[wanted, None] + np.diff(log)[wanted, None] * places)
     branch, interval = (part.ravel() for part in np.indices((len(BRANCHES), wanted.size)))
-    down = branch == BRANCHES.index("down")
-    ways = np.where(down[:, None], inner[interval][:, ::-1], inner[interval])
-    start = swept.final[branch, wanted[interval] + down]
+    start = swept.final[branch, wanted[interval] + (branch == BRANCHES.index("down"))]
     start = np.where(np.isnan(start), initial[branch], start)
-    step = np.where(down[:, None], np.arange(FILLED)[::-1], np.arange(FILLED))
-    walked = walk(model.take(branch), ways, start, progress, search).reached
-    found = walked.take((np.arange(branch.size)[:, None], step))
-    _complete(model.take(branch), inner[interval], found, search)
+    found, *_ = _sweep(model.take(branch), branch, inner[interval], start, progress, search)
     every = np.concatenate([grids[0], inner.ravel()])
     order = np.argsort(every)
 
