@@ -108,16 +108,11 @@ def bordered(
         largest = np.abs(null).max()
         null, g = null / largest, g / largest
     by = SIDE * max(float(np.abs(nodes).max()), 1e-3)
-    ahead = shooting.run(nodes + by * null, tuple(values))
-    if not ahead.arrived:
+    ahead, behind = (copied(shooting.run(nodes + side * null, tuple(values))) for side in (by, -by))
+    if not (ahead.arrived and behind.arrived):
         return None
-    tangents, slopes = ahead.tangents.copy(), ahead.slopes.copy()
-    behind = shooting.run(nodes - by * null, tuple(values))
-    if not behind.arrived:
-        return None
-    bend = (tangents - behind.tangents) / (2.0 * by)
-    by_nodes = np.einsum("kij,ki->kj", bend, left)
-    by_values = np.einsum("kip,ki->p", slopes - behind.slopes, left) / (2.0 * by)
+    by_nodes = np.einsum("kij,ki->kj", (ahead.tangents - behind.tangents) / (2.0 * by), left)
+    by_values = np.einsum("kip,ki->p", ahead.slopes - behind.slopes, left) / (2.0 * by)
     return Bordered(g, by_nodes, by_values, null, left, here)
 
 
