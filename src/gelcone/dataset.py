@@ -148,11 +148,7 @@ def name_dims(result: xr.Dataset, system: ConeSystem) -> xr.Dataset:
         "state": ([state.name for state in system.states], "state", "code"),
         "bound": (("lowest", "highest"), "end of the range that was searched", "code"),
     }
-    known |= {
-        dim: (range(1, result.sizes[dim] + 1), meaning, "count")
-        for dim, meaning in NUMBERED.items()
-        if dim in result.sizes
-    }
+    known |= {n: (range(1, result.sizes.get(n, 0) + 1), meaning, "count") for n, meaning in NUMBERED.items()}
     coords = {
         dim: (dim, np.array(values), attributes(meaning, quantity))
         for dim, (values, meaning, quantity) in known.items()

@@ -72,8 +72,7 @@ class LazyGroup(click.Group):
         """Import and make a command; None for an unknown name."""
         if name not in COMMANDS:
             return None
-        if name in OWN_COMMANDS or name in SPECIAL:
-            place = OWN_COMMANDS[name][1] if name in OWN_COMMANDS else SPECIAL[name]
+        if place := OWN_COMMANDS[name][1] if name in OWN_COMMANDS else SPECIAL.get(name):
             module, _, maker = place.partition(":")
             command: click.Command = getattr(import_module(f"gelcone.cli.{module}"), maker)()
             return command

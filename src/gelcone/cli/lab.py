@@ -89,19 +89,15 @@ def run_fit(
     """Reads data and subject, fits, and prints and writes what was found."""
     if not data:
         raise InputError("--data is missing; give tests.toml or a measured CSV file")
-    content = _content(subject)
-    of_device = content is None
-    for name, default in (OF_MATERIALS if of_device else OF_DEVICES).items():
-        if options[name] != default:
-            other = "a material" if of_device else "a device"
+    content, output = _content(subject), Output("fit", out, force, as_json)
+    other, others = ("a material", OF_MATERIALS) if content is None else ("a device", OF_DEVICES)
+    for name, default in others.items():
+        if options.pop(name) != default:
             raise InputError(f"--{name}: is an option of the fit of {other}; leave it out")
-    if of_device:
-        assert subject is not None
-        return _fit_device(
-            subject, data, Output("fit", out, force, as_json), {name: options[name] for name in OF_DEVICES}
-        )
-    own = {name: options[name] for name in OF_MATERIALS}
-    return _fit_material(subject, content or {}, data, Output("fit", out, force, as_json), own)
+    if content is not None:
+        return _fit_material(subject, content, data, output, options)
+    assert subject is not None
+    return _fit_device(subject, data, output, options)
 
 
 def _fit_material(
