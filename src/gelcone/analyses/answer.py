@@ -17,7 +17,7 @@ from gelcone.codes import Outcome, Regime, meanings
 from gelcone.devices.fields import GEL
 from gelcone.devices.numbers import numbers_of
 from gelcone.devices.points import STATES
-from gelcone.devices.si import DEVICE
+from gelcone.devices.si import DEVICE, to_si
 from gelcone.devices.units import format_range, without_rounding
 from gelcone.errors import InputError
 from gelcone.motion.validity import ASSUMPTIONS
@@ -44,11 +44,7 @@ _EVERYWHERE = ("title", "model", "options", "gelcone_version", "device", DEVICE)
 
 def in_si(result: xr.Dataset, subject: Subject) -> xr.Dataset:
     """The result in millimetres, volts and so on when there is a device, its axes and states included."""
-    if subject.device is None:
-        return result
-    from gelcone.devices.si import to_si
-
-    return to_si(result, subject.device)
+    return result if subject.device is None else to_si(result, subject.device)
 
 
 # --- JSON -------------------------------------------------------------------------------------------------------------

@@ -18,7 +18,7 @@ from gelcone.analyses.answer import in_si, result_json, shown_states
 from gelcone.analyses.lab import lab_answer
 from gelcone.analyses.request import Subject
 from gelcone.analyses.values import read_measure, read_measures
-from gelcone.devices.analysis import check_one
+from gelcone.devices.analysis import at_rest, check_one
 from gelcone.errors import DoubtfulInput, InputError, check_result
 from gelcone.register.analyses import find_analysis
 from gelcone.register.analysis import Analysis
@@ -181,11 +181,8 @@ def arguments_of(analysis: Analysis, subject: Subject, given: Mapping[str, Any])
 
 def warn_at_rest(subject: Subject) -> None:
     """Says where a device starts from a rest that nothing leaves."""
-    if subject.device is not None and not subject.starts:
-        from gelcone.devices.analysis import at_rest
-
-        if named := at_rest(subject.device, subject.initial):
-            warnings.warn(named, DoubtfulInput, stacklevel=2)
+    if subject.device is not None and not subject.starts and (named := at_rest(subject.device, subject.initial)):
+        warnings.warn(named, DoubtfulInput, stacklevel=2)
 
 
 def read_options(

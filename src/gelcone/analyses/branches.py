@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +14,8 @@ from gelcone.analyses.answer import heading
 from gelcone.analyses.swept import read_over
 from gelcone.analyses.values import is_number
 from gelcone.atlas.branches.attached import attached_branches
-from gelcone.errors import InputError
+from gelcone.dataset import load
+from gelcone.errors import InputError, unknown_name
 from gelcone.words import branch_endings, event_label, shortened, validity_in_words
 
 if TYPE_CHECKING:
@@ -51,11 +53,6 @@ def _start(text: str) -> Any:
 
     if text in STARTS:
         return text
-    from pathlib import Path
-
-    from gelcone.dataset import load
-    from gelcone.errors import unknown_name
-
     if not Path(text).exists():
         if "/" in text or "." in text:
             raise InputError(f"--from {text}: no such file")

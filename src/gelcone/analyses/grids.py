@@ -24,7 +24,7 @@ from gelcone.analyses.branches import followed_lines
 from gelcone.analyses.swept import example, read_states
 from gelcone.analyses.tables import FILM_STATES
 from gelcone.errors import InputError
-from gelcone.statistics import spread
+from gelcone.statistics import share_interval, spread
 from gelcone.words import attractor_in_words, regime_counts, shortened, validity_in_words
 
 if TYPE_CHECKING:
@@ -339,8 +339,6 @@ def totals_text(totals: dict[str, Any]) -> str:
     parts += [f"{totals[kind]} {kind}" for kind in ("inferred", "failed") if totals[kind]]
     lines = [f"{', '.join(parts)}; {totals['integrator_steps']:,} steps in {totals['wall_time_s']:.3g} s"]
     if totals["checked"]:
-        from gelcone.statistics import share_interval
-
         checked, missed = totals["checked"], totals["missed"]
         low, high = share_interval(missed, checked)
         lines.append(

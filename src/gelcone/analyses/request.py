@@ -30,7 +30,7 @@ from gelcone.analyses.values import (
 )
 from gelcone.atlas.plan import DEFAULT_INITIAL
 from gelcone.devices.analysis import check_one
-from gelcone.devices.points import STATES
+from gelcone.devices.points import STATES, dimensionless_state
 from gelcone.errors import InputError, check_name, nearest
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
@@ -190,8 +190,6 @@ def _of_device(device: str | Device, given: dict[str, str], film: str | None, in
     if start is None:
         state = found.initial_state()
     else:
-        from gelcone.devices.points import dimensionless_state
-
         state = dimensionless_state(found, start)
         state = state if state.ndim > 1 else tuple(map(float, state))
     return Subject(model, found, state, start, initial is not None, frozenset(given))

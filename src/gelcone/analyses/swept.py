@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.analyses.values import pairs, plain, read_field, read_measures, read_numbers
-from gelcone.devices.points import STATES
+from gelcone.devices.points import GELS, STATES, point_fields, read_swept, swept_field
 from gelcone.errors import InputError, check_names
 from gelcone.physics.model import parameter_names, parameter_quantity
 from gelcone.quantity import Array
@@ -59,7 +59,6 @@ def sweepable(option: str, name: str, device: Device | None, system: ConeSystem 
             only_of_model([name])
         parameter_quantity(name, system)
         return
-    from gelcone.devices.points import GELS, swept_field
     from gelcone.devices.record import unknown_field
 
     if name == GELS:
@@ -74,8 +73,6 @@ def _values(option: str, text: str, name: str, device: Device | None, system: Co
     if device is None:
         numbers = read_numbers(option, text, plain)
         return np.asarray(parameter_quantity(name, system).check(name, numbers), dtype=float)
-    from gelcone.devices.points import GELS, point_fields, read_swept
-
     if name == GELS:
         return read_swept(device, name, [part.strip() for part in text.split(",")])
     return read_swept(device, name, read_field(option, text, name, point_fields(device)))

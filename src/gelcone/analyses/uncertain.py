@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from gelcone.analyses.request import Subject
 from gelcone.analyses.swept import sweepable
 from gelcone.analyses.values import of_field, one_manner, plain
-from gelcone.devices.points import STATES
+from gelcone.devices.points import STATES, point_fields, swept_field
 from gelcone.errors import InputError
 from gelcone.quantity import Array
 
@@ -74,7 +74,6 @@ def read_drawn(option: str, name: str, numbers: Array, unit: str, subject: Subje
         if unit not in ("", "1"):
             raise InputError(f"{option} [{unit}]: a model without a device is dimensionless; leave the unit out")
         return numbers
-    from gelcone.devices.points import swept_field
     from gelcone.devices.units import parse
 
     field = swept_field(device, name)
@@ -86,7 +85,6 @@ def read_drawn(option: str, name: str, numbers: Array, unit: str, subject: Subje
 
 def _two(option: str, text: str, parts: list[str], name: str, device: Device | None) -> list[float]:
     """The two numbers of a distribution."""
-    from gelcone.devices.points import point_fields
     from gelcone.devices.units import parse_deviation
 
     def read(part: str) -> float:

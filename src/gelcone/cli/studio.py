@@ -14,7 +14,7 @@ from urllib.parse import urlencode
 
 import click
 
-from gelcone.errors import MissingDependency
+from gelcone.errors import DoubtfulInput, MissingDependency
 from gelcone.presets import find_preset
 
 
@@ -73,7 +73,6 @@ def start(device: str | None, preset: str | None, port: int, host: str, no_brows
         raise MissingDependency("the studio needs starlette and uvicorn: pip install 'gelcone[studio]'") from None
     from gelcone.devices.device import find_device
     from gelcone.devices.files import shipped_devices
-    from gelcone.errors import DoubtfulInput
     from gelcone.studio.server import LOCAL, Studio, run
     from gelcone.studio.setting import Setting, Shelf, check_single, names_in
 

@@ -25,7 +25,7 @@ from gelcone.codes import Outcome
 from gelcone.devices.analysis import analysis
 from gelcone.devices.device import Device
 from gelcone.errors import InputError, unknown_name
-from gelcone.motion.flow import DEFAULT_TOLERANCE
+from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.orbit import Shooting
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Counted, Progress
@@ -197,8 +197,6 @@ def _own_value(varied: Varied) -> float:
 
 def _renoded(old: Shooting, new: Shooting, nodes: Array, value: float) -> Array:
     """The nodes of an orbit for the number of segments of another shooting."""
-    from gelcone.motion.flow import integrate
-
     if old.segments == new.segments:
         return nodes
     if new.segments < old.segments:
