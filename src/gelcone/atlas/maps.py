@@ -130,10 +130,8 @@ def with_quantity(result: xr.Dataset, plan: Plan, also: str | None, **options: A
     if there.any():
         part = members.take(there)
         margin[cells[there]] = 1.0 - part.peak_voltage / jump_voltages(part)[0]
-    return result.assign(margin=(tuple(plan.over), margin.reshape(plan.shape), dataset.attributes(*_MARGIN)))
-
-
-_MARGIN = ("by which share the peak voltage is below the constant one of pull-in", "share")
+    about = dataset.attributes("by which share the peak voltage is below the constant one of pull-in", "share")
+    return result.assign(margin=(tuple(plan.over), margin.reshape(plan.shape), about))
 
 
 @analysis(
@@ -206,7 +204,8 @@ def basin(
     for name, meaning in _DESCRIBING.items():
         own = result[name].attrs
         table[f"attractor_{name}"] = flat[name][first], meaning if own.get("units") == "1" else in_words(meaning), own
-    result["attractor"] = tuple(plan.over), numbers.reshape(plan.shape), dataset.attributes(*_NUMBER)
+    about = dataset.attributes("number of the attractor, -1 if none", "code")
+    result["attractor"] = tuple(plan.over), numbers.reshape(plan.shape), about
     return result.assign(dataset.columns("attractor_number", table))
 
 
@@ -218,7 +217,6 @@ _DESCRIBING = {
     "lyapunov": "largest Lyapunov exponent per unit time",
 }
 """Variables of a cell that describe its attractor -> meaning."""
-_NUMBER = ("number of the attractor, -1 if none", "code")
 
 
 def attractors(cells: Mapping[str, npt.NDArray[Any]]) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.intp]]:

@@ -17,7 +17,7 @@ from gelcone.analyses.lab import lab_answer
 from gelcone.analyses.request import Subject
 from gelcone.analyses.swept import example
 from gelcone.atlas.maps import ALSO, TITLE, with_quantity
-from gelcone.atlas.plan import DEFAULT_INITIAL, Plan
+from gelcone.atlas.plan import Plan
 from gelcone.atlas.record import show, stored_sweep
 from gelcone.atlas.sweep import check_sweepable, sweep
 from gelcone.cli.lists import print_device
@@ -94,16 +94,12 @@ def run_parameters() -> list[click.Parameter]:
 
 def sweep_options() -> list[Option]:
     """The options of all analyses that can be swept, each with the analyses that take it."""
-    takers: dict[str, list[Analysis]] = {}
+    takers: dict[str, tuple[Option, list[str]]] = {}
     for analysis in sweepable().values():
-        for name in analysis.options:
-            if name != "threads":
-                takers.setdefault(name, []).append(analysis)
-    return [
-        replace(option, help=f"{option.help} Of {', '.join(a.name for a in users)}.")
-        for name, users in takers.items()
-        for option in [users[0].options[name]]
-    ]
+        for name, option in analysis.options.items():
+            takers.setdefault(name, (option, []))[1].append(analysis.name)
+    takers.pop("threads")
+    return [replace(option, help=f"{option.help} Of {', '.join(names)}.") for option, names in takers.values()]
 
 
 def map_command() -> click.Command:
@@ -310,10 +306,8 @@ def stored(store: Path) -> Sweep:
     """The sweep that a store was made for."""
     own = stored_sweep(store)
     plan = own.plan
-    if plan.device is None:
-        subject = Subject(plan.cone, None, plan.initial or DEFAULT_INITIAL)
-    else:
-        subject = Subject(plan.cone, plan.device, state_of(plan.device, plan.initial), plan.initial)
+    initial = plan.initial if plan.device is None else state_of(plan.device, plan.initial)
+    subject = Subject(plan.cone, plan.device, initial, plan.initial)
     return Sweep(subject, plan, own.analysis, own.coarsest, own.keep)
 
 

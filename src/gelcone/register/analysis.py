@@ -13,6 +13,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from importlib import import_module
+from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin
 
@@ -112,7 +113,7 @@ class Analysis:
     examples: tuple[str, ...] = ()
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _declared, (self.call,)
+        return attrgetter("analysis"), (self.call,)
 
     @property
     def name(self) -> str:
@@ -177,10 +178,6 @@ class Analysis:
         known = {name: option for name, option in self.options.items() if name != "threads"}
         check_names(f"option of the analysis {self.name}", given, known)
         return {name: _checked(option, given.get(name, option.default)) for name, option in known.items()}
-
-
-def _declared(call: Any) -> Analysis:
-    return call.analysis
 
 
 def command_name(name: str) -> str:

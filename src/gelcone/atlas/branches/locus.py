@@ -34,11 +34,7 @@ from gelcone.quantity import Array
 if TYPE_CHECKING:
     import xarray as xr
 
-FOLLOWED = {
-    "fold": EventKind.FOLD,
-    "period doubling": EventKind.PERIOD_DOUBLING,
-    "symmetry breaking": EventKind.SYMMETRY_BREAKING,
-}
+FOLLOWED = {kind.words: kind for kind in SPECIAL}
 """Events that can be followed; `tongues` computes the curves at which rest loses stability."""
 SHORT_NAMES = {"doubling": "period doubling", "breaking": "symmetry breaking"}
 CURVES = 60
