@@ -308,23 +308,17 @@ def _runs(start: Any, varied: Varied) -> Runs | None:
 
 def _orbits_of(start: xr.Dataset, varied: Varied) -> Runs | None:
     """The middle orbit of each earlier branch on which the disc moves; None without such a branch."""
-    values, states, periods, symmetric = [], [], [], []
-    along = in_field_units(start["value"]).values
-    for k in range(start.sizes["branch"]):
-        there = np.flatnonzero(np.isfinite(along[k]))
-        if not there.size or not np.abs(start["orbit"].values[k, there[there.size // 2], 0, 0]).any():
-            continue
-        middle = there[there.size // 2]
-        values.append(float(along[k, middle]))
-        states.append(start["orbit"].values[k, middle, :1])
-        periods.append(int(start["period"][k]))
-        symmetric.append(bool(start["symmetric"][k]))
-    if not values:
+    along, orbit = in_field_units(start["value"]).values, start["orbit"].values
+    there = [np.flatnonzero(np.isfinite(values)) for values in along]
+    middles = [(k, own[own.size // 2]) for k, own in enumerate(there) if own.size]
+    moving = [place for place in middles if orbit[(*place, 0, 0)]]
+    if not moving:
         return None
-    at = np.array(values)
-    section = varied.without_units(np.stack(states), start["orbit"].attrs, at)
+    rows, points = np.array(moving).T
+    at, period, symmetric = along[rows, points], start["period"].values[rows], start["symmetric"].values[rows]
+    section = varied.without_units(orbit[rows, points, :1], start["orbit"].attrs, at)
     cyclic = np.ones(at.size, dtype=bool)
-    return Runs(at / varied.scales[0], section, np.array(periods), np.array(symmetric), cyclic, False)
+    return Runs(at / varied.scales[0], section, period.astype(np.int64), symmetric.astype(bool), cyclic, False)
 
 
 # --- labels -----------------------------------------------------------------------------------------------------------
