@@ -63,10 +63,23 @@ test("pictures are asked for one after the other, and what fails says so", () =>
   assert.deepEqual(asked.slice(1), [["glance", { setting: { device: "cone" } }], ["glance", { setting: { preset: "base" } }]]);
   assert.deepEqual(own.tiles.map(({ note }) => note.textContent), ["a pump", "no such cone", "the base set"]);
   assert.deepEqual([own.tiles[0].look.low, own.tiles[0].look.high], [0, 5]);
+  assert.deepEqual(own.tiles.map(({ box }) => [box.querySelector("canvas").getAttribute("aria-label"), box.querySelector("b").textContent]), ["pump", "cone", "base"].map((name) => [`${name}, moving`, name]));
   own.turn();
   assert.ok(own.tiles[0].cone.context.calls.some((c) => c.name === "ellipse"));
   assert.ok(!own.tiles[1].cone.context.calls.some((c) => c.name === "ellipse"));
   assert.equal(own.message({ kind: "response", id: 3 }, {}), false);
+});
+
+test("a drive period lasts two seconds in the gallery, and its pictures begin anew at their end", () => {
+  const { own } = gallery(), drawn = [];
+  own.message({ kind: "glance", id: 1, words: { period: 10 }, about: ABOUT }, { ...arrays(), x: Float32Array.of(0, 5, 1) });
+  own.tiles[0].cone.draw = ([side]) => drawn.push(side.height);
+  for (const [seconds, height] of [[0, 0], [1, 2.5], [2, 5], [3, 3], [4, 0], [5, 2.5]]) {
+    globalThis.performance.now = () => 1000 * seconds;
+    own.turn();
+    assert.ok(Math.abs(drawn.at(-1) - height) < 1e-6, `${seconds} s`);
+  }
+  own.stop();
 });
 
 test("of two films each is shown in its own state and field", () => {

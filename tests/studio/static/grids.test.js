@@ -1,7 +1,7 @@
 // Map, sweep and envelope: cells in their places, clicks at their values, what is asked and when.
 import assert from "node:assert/strict";
 import test from "node:test";
-import { LIGHT, browser, draw, forget, near, recorder, texts, wait } from "./page.js";
+import { LIGHT, boxes, browser, draw, forget, near, overlapping, recorder, texts, wait } from "./page.js";
 
 browser();
 const { GridPanels } = await import("../../../src/gelcone/studio/static/grids.js");
@@ -101,6 +101,18 @@ test("exponents and strokes have their scales, and the legend their ends", () =>
   assert.deepEqual([stroke(0), stroke(64 * 49)], ["rgb(11,42,82)", "rgb(246,230,75)"]);
 });
 
+test("each colour in the legend of a map is the one in which its cells are painted", () => {
+  const { grids, panel, id } = setUp(), values = (css) => (css.startsWith("#") ? [1, 3, 5].map((k) => parseInt(css.slice(k, k + 2), 16)) : css.match(/\d+/g).map(Number));
+  grids.message({ kind: "cells", id: id(), share: 1 }, cells((i) => (i > 40 ? 3 : 1)));
+  const painted = (i, j) => [...panel.canvas.getContext("2d").calls.findLast((c) => c.name === "putImageData").args[0].data.slice(4 * ((48 - j) * 65 + i), 4 * ((48 - j) * 65 + i) + 3)];
+  // kinds: left of a border and right of it; exponents: the lowest below, the highest above; strokes: from left to right
+  for (const [view, places] of [["kind", [[0, 0], [64, 0]]], ["exponent", [[0, 0], [0, 48]]], ["stroke", [[0, 0], [32, 0], [64, 0]]]]) {
+    panel.view.value = view; panel.view.onchange();
+    const swatches = panel.names.parts.map((item) => values(item.parts[0].style.background.split(/, (?=[^,]*$)/).at(-1)));
+    assert.deepEqual(swatches, places.map(([i, j]) => painted(i, j)), view);
+  }
+});
+
 test("thresholds and bifurcations are lines over the map, either way round, with their names", () => {
   const { grids, panel, id, p } = setUp();
   grids.message({ kind: "cells", id: id(), share: 1 }, cells(() => 1));
@@ -114,6 +126,28 @@ test("thresholds and bifurcations are lines over the map, either way round, with
   const dashed = p.context.calls.filter((c) => ["moveTo", "lineTo"].includes(c.name) && c.strokeStyle === LIGHT.ink).map((c) => c.args);
   [[400, 5], [800, 10], [1200, 15], [100, 3], [200, 4]].forEach(([x, y], k) => assert.ok(near(dashed[k][0], p.X(x)) && near(dashed[k][1], p.Y(y))));
   assert.ok(texts(p.context).includes("pull-in") && texts(p.context).includes("fold"));
+});
+
+test("names of lines over a map stand apart and inside, at their lines, and one without room is left out", () => {
+  const { grids, panel, id, p } = setUp(), at = Float32Array.from({ length: 40 }, (_, k) => 0.5 + k / 2);
+  grids.message({ kind: "cells", id: id(), share: 1 }, cells(() => 1));
+  const names = ["rest becomes unstable", "pull-in of the cone at the peak", "flat film loses its stability at the peak"];
+  for (const [apart, count] of [[400, 3], [4, 3], [0.01, 3]]) {
+    grids.message({ kind: "thresholds", id: id(), upright: true, names }, { at, ...Object.fromEntries(names.map((name, k) => [name, at.map(() => 400 + k * apart)])) });
+    forget(p.context); panel.dirty = true; p.redraw();
+    const all = boxes(p.context), named = all.filter(([text]) => names.includes(text));
+    assert.equal(named.length, count, apart);
+    assert.deepEqual(overlapping(all), [], apart);
+    for (const [text, left, top, right, bottom] of named) {
+      const line = p.X(400 + names.indexOf(text) * apart);
+      assert.ok(left >= p.left && right <= p.right && top >= p.top && bottom <= p.bottom && near((left + right) / 2, line, 1e-3), `${text} ${apart}`);
+    }
+  }
+  // seven lines in one place have room for as many names as there are places along them
+  const many = Array.from({ length: 7 }, (_, k) => `line ${k}`);
+  grids.message({ kind: "thresholds", id: id(), upright: true, names: many }, { at, ...Object.fromEntries(many.map((name) => [name, at.map(() => 800)])) });
+  forget(p.context); p.redraw();
+  assert.deepEqual([overlapping(boxes(p.context)), boxes(p.context).filter(([text]) => many.includes(text)).length], [[], 5]);
 });
 
 test("a map is done once its thresholds are followed", () => {
@@ -149,6 +183,18 @@ test("a drag over the map zooms to it, and Whole goes back", () => {
   assert.equal(panel.out.disabled, false);
   panel.out.click();
   assert.deepEqual([state.x, state.y, panel.out.disabled], [["voltage_amplitude", 0, 1600], ["frequency", 0.1, 20], true]);
+});
+
+test("Full range is offered wherever an axis shows less, and then both show all", () => {
+  const whole = { x: ["voltage_amplitude", 0, 1600], y: ["frequency", 0.1, 20] };
+  for (const part of [{ x: ["voltage_amplitude", 1, 1600] }, { x: ["voltage_amplitude", 0, 1599] }, { y: ["frequency", 1, 20] }, { y: ["frequency", 0.1, 19] }]) {
+    const { panel, state, p } = setUp();
+    Object.assign(state, structuredClone(whole), part);
+    p.redraw();
+    assert.equal(panel.out.disabled, false, JSON.stringify(part));
+    panel.out.click();
+    assert.deepEqual([state.x, state.y, panel.out.disabled], [whole.x, whole.y, true], JSON.stringify(part));
+  }
 });
 
 test("keys move the setting by a cell and zoom about it", () => {
@@ -204,8 +250,13 @@ test("what went wrong is said in the panel, and after a lost connection all is a
   assert.equal(grids.failed({ id: own, message: "once more" }), false); // a question has one answer
   assert.ok(texts(p.context).some((text) => text.startsWith("no such")));
   assert.deepEqual([panel.running, said()], [false, ""]);
-  grids.lost(); grids.opened();
-  assert.equal(asked.at(-1)[0], "map");
+  for (const kind of ["map", "strip", "envelope"]) {
+    const { grids, panel, asked } = setUp(kind), again = () => asked.filter(([own]) => own === kind).length;
+    grids.opened();
+    assert.deepEqual([again(), panel.stale], [1, false]);
+    grids.lost(); grids.opened();
+    assert.deepEqual([again(), panel.stale], [2, false], kind);
+  }
 });
 
 // --- the sweep -------------------------------------------------------------------------------------------------------
@@ -263,6 +314,24 @@ test("branches over a sweep: stable whole, unstable dashed, events with the sign
   assert.equal(panel.running, false);
   grids.message({ kind: "branches", id: own, kinds: [], none: "at rest" }, {});
   assert.deepEqual([panel.note.textContent, panel.note.title], ["no branches here", "at rest"]);
+});
+
+test("each event over a sweep has the sign that the legend gives its kind", () => {
+  const { grids, p, id, panel } = setUp("strip"), own = id(), kinds = ["fold", "period doubling", "symmetry breaking", "torus", "slip"];
+  grids.message({ kind: "cells", id: own, share: 1 }, { places: Float32Array.of(0, 4), regime: Uint8Array.of(1, 1), section: Float32Array.of(0, 4) });
+  grids.message({ kind: "done", id: own }, {});
+  forget(p.context);
+  const order = [3, 0, 4, 1, 2, 0], nothing = new Float32Array(0);
+  grids.message({ kind: "branches", id: own, kinds }, { value: nothing, section: nothing, stable: new Uint8Array(0), event_value: Float32Array.from(order, (_, k) => 200 + 200 * k), event_section: Float32Array.from(order, () => 2), event_kind: Uint8Array.from(order) });
+  // how far a sign reaches to the left, the right, up and down along its axes: a corner there, or none
+  const corners = { "□": "", "◇": "lrud", "△": "u", "▽": "d" }, legend = panel.names.parts.slice(2, 7).map((e) => e.textContent.split(/ (.*)/));
+  assert.deepEqual(legend.map(([, name]) => name), kinds);
+  for (const [k, kind] of order.entries()) {
+    const x = p.X(200 + 200 * k), y = p.Y(2), beside = p.context.calls.filter((c) => ["moveTo", "lineTo", "arc"].includes(c.name) && c.lineWidth === 1.4 && Math.hypot(c.args[0] - x, c.args[1] - y) < 8);
+    if (legend[kind][0] === "○") { assert.ok(beside.length === 1 && beside[0].name === "arc"); continue; }
+    const found = beside.map(({ args: [px, py] }) => (near(px, x) ? (py < y ? "u" : "d") : near(py, y) ? (px < x ? "l" : "r") : "")).sort().join("");
+    assert.deepEqual([found, beside.length], [[...corners[legend[kind][0]]].sort().join(""), "□◇".includes(legend[kind][0]) ? 4 : 3], `${legend[kind]}`);
+  }
 });
 
 test("a hand over a sweep moves its parameter, and the line stands at the setting", () => {

@@ -1,7 +1,7 @@
 // The whole page with a server that the tests play: what it asks for, and where the answers go.
 import assert from "node:assert/strict";
 import test from "node:test";
-import { LIGHT, Socket, browser, draw, forget, near, page, texts, wait } from "./page.js";
+import { LIGHT, Socket, browser, draw, forget, near, page, strokes, texts, wait } from "./page.js";
 
 browser("#device=biased-pump&frequency=9+Hz");
 let moment = 0;
@@ -373,6 +373,59 @@ test("behind the disc are the heights of the period before, as far as there are 
   $("scrub").value = "500"; $("scrub").oninput();
 });
 
+// The gauge stands in the middle of a page 640 px wide, between its margins.
+const GAUGE = { x: (640 - 46) / 2 + 46 / 2, top: 22, bottom: 480 - 24 };
+
+test("the gauge reaches from zero to the highest voltage of the motion, where all are above it", () => {
+  for (const [scrub, volts] of [["0", 200], ["500", 1234]]) {
+    $("scrub").value = scrub; $("scrub").oninput(); forget($("cone").getContext()); draw();
+    const [, y, , high] = $("cone").getContext().calls.find((c) => c.name === "roundRect" && c.fillStyle === LIGHT.accent).args;
+    assert.ok(near(y + high, GAUGE.bottom) && near(high, ((GAUGE.bottom - GAUGE.top) * volts) / 1234, 1e-4), `${volts} V`);
+  }
+});
+
+test("a hand on the gauge scales the voltages that were set when it took hold, however often it moves", () => {
+  const canvas = $("cone"), go = (type, share) => canvas[`on${type}`]({ ...at(GAUGE.x, GAUGE.bottom - share * (GAUGE.bottom - GAUGE.top)), type });
+  for (const [amplitude, offset] of [[800, -200], [400, -100]]) {
+    go("pointerdown", 1);
+    for (const [type, share] of [["pointermove", 0.9], ["pointermove", 0.75], ["pointermove", 0.5], ["pointerup", 0.5]]) {
+      go(type, share);
+      assert.deepEqual(last("look").setting.values, { voltage_amplitude: `${share * amplitude} V`, voltage_offset: `${share * offset} V` });
+    }
+    answer();
+  }
+  $("reset-all").click(); answer();
+});
+
+test("what stands over a picture moves with the time, in the panel that is open", () => {
+  for (const [tab, place] of [["portrait", (p) => [p.X(studio.looks.a.x[1]), p.Y(1)]], ["statics", null]]) {
+    document.querySelector(`[data-tab="${tab}"]`).click(); answer();
+    if (tab === "statics") socket.give({ kind: "statics", id: last("look").id, side: "a", words: { marks: {}, swing: [0, 1300] } }, { voltage: Float32Array.of(0, 1400), x: Float32Array.of(10, 20), stable: Uint8Array.of(1, 1) });
+    const places = ["0", "250", "500"].map((scrub) => { $("scrub").value = scrub; $("scrub").oninput(); draw(); return $(tab).querySelector(".dot").style.transform.match(/-?[\d.]+/g).map(Number); });
+    // from 10 mm and 200 V through the middle to 20 mm and 1234 V
+    assert.ok(places[2][0] > places[0][0] + 50 && [0, 1].every((k) => near(places[1][k], (places[0][k] + places[2][k]) / 2, 2e-3)), tab);
+  }
+  document.querySelector('[data-tab="portrait"]').click(); answer();
+});
+
+test("pictures follow each other as fast as a map that is computed leaves room for", () => {
+  const paces = (running) => {
+    const panel = document.querySelector('.panel[data-place="right"]').querySelectorAll('[role="tab"]').find((t) => t.dataset.tab === "map");
+    panel.click();
+    if (!running) { socket.give({ kind: "done", id: last("map").id }); socket.give({ kind: "followed", id: last("map").id }); }
+    $("scrub").value = "0"; $("scrub").oninput(); $("play").click();
+    moment += 1000; draw();
+    const { wait: pace } = page.timers.findLast((timer) => timer);
+    $("play").click();
+    return pace;
+  };
+  const film = document.querySelector("select#c-film");
+  film.value = "wrinkling"; film.onchange(); answer(); wait(500); // a map of another film
+  assert.deepEqual([paces(true), paces(false)], [38, 22]);
+  $("reset-all").click(); answer();
+  $("scrub").value = "500"; $("scrub").oninput();
+});
+
 test("a height that is nothing but rounding is said to be none", () => {
   answer({}, { ...RUN(), x: Float32Array.of(-1e-6, 1e-6, -1e-6) });
   forget($("cone").getContext()); draw();
@@ -462,6 +515,68 @@ test("two settings are asked for and shown each on its side, and one is kept", (
   assert.deepEqual([studio.looks.b, $("sides").hidden, $("badges").querySelectorAll(".badge").length], [undefined, true, 1]);
 });
 
+test("of two settings the cone says which is which, their differences stay with another theme, and the page knows the one that is changed", () => {
+  const stroke = (value) => ({ kind: "kind", id: last("look").id, side: last("look").side, words: { regime: 1, lines: ["periodic, period 1"], extent: [9, 21], numbers: [{ name: "stroke", place: 0, text: `${value} mm`, value }] } });
+  $("subject").value = "device:soft-film"; $("subject").onchange(); answer(); studio.looks.a.numbers.clear();
+  $("subject").value = "device:biased-pump"; $("subject").onchange(); answer(); socket.give(stroke(10), {});
+  $("compare").click(); answer(); socket.give(stroke(12), {});
+  const numbers = () => $("badges").querySelectorAll(".numbers").map((own) => own.textContent), shown = ["stroke 10 mm", "stroke 12 mm (+20 %)"];
+  assert.deepEqual(numbers(), shown);
+  page.media["(prefers-color-scheme: dark)"].onchange(); // draws all anew
+  assert.deepEqual(numbers(), shown);
+  $("subject").value = "device:soft-film"; $("subject").onchange(); answer();
+  forget($("cone").getContext()); draw();
+  for (const text of ["A biased-pump, in its own scale", "B soft-film, in its own scale"]) assert.ok(texts($("cone").getContext()).includes(text), text);
+  for (const side of ["a", "b", "a"]) {
+    $(`side-${side}`).click();
+    assert.deepEqual([document.body.classList.contains("b"), ...["a", "b"].map((own) => $(`side-${own}`).getAttribute("aria-pressed"))], [side === "b", String(side === "a"), String(side === "b")]);
+  }
+  $("compare").click(); answer();
+  assert.equal(document.body.classList.contains("b"), false);
+});
+
+test("a way taken again after going back is a step again", () => {
+  const tabs = ["spectrum", "time"].map((name) => document.querySelector(`[data-tab="${name}"]`)), before = location.hash, begun = page.steps.length;
+  tabs[0].click(); answer();
+  location.hash = before; page.listeners.popstate(); answer();
+  tabs[0].click(); answer();
+  assert.equal(page.steps.length - begun, 2);
+  tabs[1].click(); answer();
+});
+
+test("what a map shows is a step of the history and part of the link", () => {
+  const view = $("map").querySelectorAll("select").find((own) => own.options.some((o) => o.value === "exponent")), begun = page.steps.length;
+  for (const [name, written] of [["exponent", true], ["stroke", true], ["kind", false]]) {
+    view.value = name; view.onchange();
+    assert.equal(new URLSearchParams(location.hash.slice(1)).get("view"), written ? name : null);
+  }
+  assert.equal(page.steps.length - begun, 3);
+});
+
+test("a step of the history is one change of what is shown: none is added for what stands there already", () => {
+  const tabs = ["spectrum", "time"].map((name) => document.querySelector(`[data-tab="${name}"]`)), begun = page.steps.length;
+  const clicked = (k) => { tabs[k].click(); answer(); return page.steps.length - begun; };
+  assert.deepEqual([0, 0, 1, 1, 0].map(clicked), [1, 1, 2, 2, 3]);
+  assert.equal(new Set(page.steps.slice(begun)).size, 2);
+  $("periods").onchange(); // the same again
+  assert.equal(page.steps.length - begun, 3);
+  clicked(1);
+});
+
+test("the arrow keys go round the tabs that are there, and other keys stay with the page", () => {
+  const panel = document.querySelector('.panel[data-place="right"]'), tabs = panel.querySelectorAll('[role="tab"]'), chosen = () => tabs.find((t) => t.getAttribute("aria-selected") === "true");
+  for (const [subject, open] of [["preset:base", ["map", "strip"]], ["device:biased-pump", ["map", "strip", "envelope"]]]) {
+    $("subject").value = subject; $("subject").onchange(); answer({ about: { ...ABOUT, si: !subject.startsWith("preset") } });
+    tabs[0].click();
+    for (const [key, step] of [["ArrowRight", 1], ["ArrowLeft", -1], ["Enter", 0]]) for (let k = 0, place = open.indexOf(chosen().dataset.tab); k < 4; k++) {
+      chosen().onkeydown({ key });
+      place = (place + step + open.length) % open.length;
+      assert.deepEqual([chosen().dataset.tab, !step || document.activeElement === chosen()], [open[place], true], `${subject} ${key}`);
+    }
+    tabs[0].click();
+  }
+});
+
 test("another subject starts anew, and only a device has an envelope", () => {
   const tab = document.querySelector('[data-tab="envelope"]'), selected = () => document.querySelector('.panel[data-place="right"]').querySelectorAll('[role="tab"]').find((t) => t.getAttribute("aria-selected") === "true").dataset.tab;
   assert.equal(tab.hidden, false);
@@ -491,6 +606,15 @@ test("what is computed is said with the frequency of the drive, of a device and 
     assert.equal($("doing").textContent, `Computing the run: 60 periods ${text}`);
     $("periods").value = "20"; $("periods").onchange(); answer();
   }
+});
+
+test("of many files the first six are read", async () => {
+  const read = [];
+  $("file").files = Array.from({ length: 9 }, (_, k) => ({ name: `${k}.csv`, size: 30, text: async () => { read.push(k); return "time (ms),height (mm)\n0,5\n1,6\n"; } }));
+  await $("file").onchange();
+  for (let k = 0; k < 9; k++) await new Promise((done) => setImmediate(done));
+  assert.deepEqual([read, studio.looks.measured.map((own) => own.name)], [[0, 1, 2, 3, 4, 5], [0, 1, 2, 3, 4, 5].map((k) => `${k}.csv`)]);
+  $("unmeasure").click();
 });
 
 test("a file is opened and sent as text; one that is too large is not", async () => {
@@ -566,6 +690,15 @@ test("going back in the history shows the older state", () => {
   assert.deepEqual([last("look").setting.device, last("look").setting.values, last("look").panels], ["soft-film", { frequency: "12 Hz" }, ["statics"]]);
 });
 
+test("the page follows the theme of the system until one is chosen", () => {
+  const system = page.media["(prefers-color-scheme: dark)"], theme = () => document.documentElement.dataset.theme;
+  for (const matches of [true, false]) { Object.assign(system, { matches }).onchange(); assert.equal(theme(), matches ? "dark" : "light"); }
+  $("theme").click();
+  for (const matches of [false, true, false]) { Object.assign(system, { matches }).onchange(); assert.equal(theme(), "dark"); }
+  $("theme").click();
+  answer();
+});
+
 test("the theme changes, is remembered, and all is drawn anew", () => {
   answer();
   const time = $("time").querySelector("canvas").getContext();
@@ -577,6 +710,14 @@ test("the theme changes, is remembered, and all is drawn anew", () => {
   assert.equal(document.documentElement.dataset.theme, "light");
 });
 
+test("the button of the theme shows and names the one that a click brings: the sun with its rays, or the moon", () => {
+  for (const [theme, other, parts] of [["light", "Dark", 1], ["dark", "Light", 9], ["light", "Dark", 1]]) {
+    assert.deepEqual([document.documentElement.dataset.theme, $("theme").title, strokes($("theme")).length], [theme, other, parts]);
+    $("theme").click();
+  }
+  $("theme").click();
+});
+
 test("a link is copied, a lost connection is said, and comes back", async () => {
   await $("share").onclick();
   assert.deepEqual(page.copied, [location.href]);
@@ -586,6 +727,27 @@ test("a link is copied, a lost connection is said, and comes back", async () => 
   Socket.all.at(-1).open();
   assert.ok($("lost").hidden);
   assert.equal(Socket.all.at(-1).sent[0].kind, "hello");
+});
+
+test("after three attempts the page asks for the address of a studio that was started anew, and no more once it has come back", () => {
+  for (const round of [1, 2]) {
+    for (const [k, asks] of [false, false, true, true].entries()) {
+      Socket.all.at(-1).close();
+      assert.deepEqual([$("lost").hidden, !$("anew").hidden], [false, asks], `${round}: ${k + 1}`);
+      wait(3000);
+    }
+    Socket.all.at(-1).open();
+    assert.ok($("lost").hidden);
+  }
+});
+
+test("a short message stays its own time, whatever was said before it", async () => {
+  await $("share").onclick();
+  $("address").value = "nonsense"; $("address").onchange();
+  assert.deepEqual([$("toast").hidden, page.timers.filter((timer) => timer?.wait === 2500).length], [false, 1]);
+  wait(2500);
+  assert.ok($("toast").hidden);
+  page.copied.pop();
 });
 
 test("the address of a studio that was started anew is taken where it is one, and what is shown stays", () => {

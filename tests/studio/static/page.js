@@ -33,6 +33,15 @@ export function recorder() {
 
 export const texts = (g) => g.calls.filter((c) => c.name === "fillText").map((c) => c.args[0]);
 export const path = (g, colour) => g.calls.filter((c) => ["moveTo", "lineTo"].includes(c.name) && c.strokeStyle === colour).map((c) => c.args);
+// The rectangles [text, left, top, right, bottom] of level texts, with letters 6 px wide and 11 px high.
+export function boxes(g) {
+  return g.calls.filter((c) => c.name === "fillText" && (c.args[1] || c.args[2])).map(({ args: [text, x, y], shift, textAlign, textBaseline }) => {
+    const wide = 6 * text.length, left = x + shift[0] - wide * ({ center: 0.5, right: 1 }[textAlign] ?? 0), top = y + shift[1] - 11 * ({ top: 0, middle: 0.5 }[textBaseline] ?? 1);
+    return [text, left, top, left + wide, top + 11];
+  });
+}
+// The pairs of these rectangles that lie over each other.
+export const overlapping = (all) => all.flatMap((one, k) => all.slice(k + 1).filter((other) => one[1] < other[3] && other[1] < one[3] && one[2] < other[4] && other[2] < one[4]).map((other) => [one[0], other[0]]));
 export const forget = (g) => { g.calls.length = 0; };
 
 // --- elements --------------------------------------------------------------------------------------------------------
@@ -47,7 +56,7 @@ class Element {
     this.classList = {
       has: (name) => this.className.split(" ").includes(name),
       contains: (name) => this.classList.has(name),
-      toggle: (name, on) => { const all = new Set(this.className.split(" ").filter(Boolean)); all[on ?? !all.has(name) ? "add" : "delete"](name); this.className = [...all].join(" "); },
+      toggle: (name, on) => { const all = new Set(this.className.split(" ").filter(Boolean)); all[on ?? !all.has(name) ? "add" : "delete"](name); this.className = [...all].join(" "); return all.has(name); },
       add: (name) => this.classList.toggle(name, true),
       remove: (name) => this.classList.toggle(name, false),
     };
@@ -168,7 +177,8 @@ export function browser(hash = "", search = "?token=secret") {
   });
   put("localStorage", new Memory()); put("sessionStorage", new Memory());
   put("WebSocket", Socket);
-  put("matchMedia", () => ({ matches: false }));
+  page.media = {};
+  put("matchMedia", (query) => (page.media[query] ??= { matches: false }));
   put("getComputedStyle", () => ({ getPropertyValue: (name) => ({ ...LIGHT, ...(root.dataset.theme === "dark" ? DARK : {}) })[name.slice(2)] ?? "" }));
   put("ResizeObserver", class { constructor(does) { page.observers.push(does); } observe() {} });
   put("requestAnimationFrame", (does) => { page.frames.push(does); return page.frames.length; });
@@ -184,5 +194,8 @@ export function browser(hash = "", search = "?token=secret") {
 // Runs what was put off: pictures, or timers of at most the given milliseconds.
 export function draw(now = (page.moment += 100)) { for (const does of page.frames.splice(0)) does(now); }
 export function wait(most) { for (const [k, timer] of [...page.timers.entries()]) if (timer && timer.wait <= most) { page.timers[k] = null; timer.does(); } }
+
+// The strokes of an icon: the subpaths of its outline.
+export const strokes = (button) => button.querySelector("path").getAttribute("d").split(/(?=M)/);
 
 export const near = (one, other, within = 1e-6) => Math.abs(one - other) <= within * Math.max(1, Math.abs(other));

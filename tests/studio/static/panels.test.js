@@ -1,7 +1,7 @@
 // The panels that follow every look, and the cone: curves, colours and marks at their places.
 import assert from "node:assert/strict";
 import test from "node:test";
-import { LIGHT, browser, forget, near, path, texts } from "./page.js";
+import { LIGHT, boxes, browser, forget, near, overlapping, path, texts } from "./page.js";
 
 browser();
 const from = (name) => import(`../../../src/gelcone/studio/static/${name}.js`);
@@ -134,6 +134,10 @@ test("the place under the pointer is read in the units of the axes, and none out
   assert.deepEqual([p.reading.hidden, p.reading.textContent], [false, "1.5, −0.25"]);
   p.read({ clientX: 11, clientY: 50 });
   assert.ok(p.reading.hidden);
+  for (const [event, hidden] of [["pointermove", false], ["pointerleave", true]]) {
+    for (const does of p.box.listeners[event]) does({ clientX: p.X(1.5) + 10, clientY: p.Y(-0.25) + 20 });
+    assert.equal(p.reading.hidden, hidden, event);
+  }
 });
 
 test("a dot outside the axes is not drawn", () => {
@@ -147,6 +151,21 @@ test("where a run ends before its time there is a cross, and why", () => {
     const p = panel(make, { a: own }), [x, y] = at(p), cross = drawn(p, LIGHT.breakdown);
     assert.ok(close(cross, [[x - 6, y + 6], [x + 6, y - 6], [x - 6, y - 6], [x + 6, y + 6]]) && texts(p.context).includes("pulled in"));
     assert.equal(drawn(panel(make, { a: look() }), LIGHT.breakdown).length, 0);
+  }
+});
+
+test("the reason stands on the side of its cross where it has room, and texts lie neither over each other nor outside", () => {
+  const measured = ["one.csv", "two.csv", "three.csv"].map((name) => ({ name, over: "time", from: "height", along: Float64Array.of(0, 20), values: Float64Array.of(1, 2), volts: null, low: null, high: null }));
+  const statics = { voltage: Float32Array.of(0, 900), x: Float32Array.of(0, 4), stable: Uint8Array.of(1, 1), marks: { pitchfork: 880, pull_in: 900 }, swing: [0, 100] };
+  const reason = "the film reaches its stretch limit";
+  for (const [place, x] of [[0, 0], [4, 4]]) for (const make of [timePanel, portraitPanel, staticsPanel]) {
+    const own = look({ words: { ended: reason, period: 20, shares: [] }, statics, x: Float32Array.of(2, 0, 4, 2, x), u: Float32Array.of(1, 1, -1, -1, 1) });
+    const b = look({ t: Float32Array.of(0, 50, 100, 150, place ? 40 : 400), x: Float32Array.of(2, 0, 4, 2, 2) }); // makes room on the right of the other's end
+    const p = panel(make, { a: own, b: make === timePanel && !place ? b : undefined, measured: measured.map((one) => ({ ...one, over: make === staticsPanel ? "voltage" : "time" })) }), all = boxes(p.context);
+    assert.deepEqual(overlapping(all), [], `${make.name} ${place}`);
+    for (const [text, left, top, right, bottom] of all) assert.ok(left >= 0 && top >= 0 && right <= 640 && bottom <= 480, `${make.name} ${place}: ${text}`);
+    for (const name of make === portraitPanel ? [] : ["one.csv", "two.csv", "three.csv"]) assert.equal(all.filter(([text]) => text === name).length, 1, name);
+    if (make !== staticsPanel) assert.equal(all.filter(([text, left, , right]) => text === reason && left >= p.left && right <= p.right).length, 1, `${make.name} ${place}`);
   }
 });
 
@@ -353,6 +372,31 @@ test("what acts on the disc is drawn, and nothing else", () => {
   const none = count("none");
   assert.deepEqual(["spring", "weight", "force", "beam"].map((bias) => count(bias) - none), [19, 1, 3, 41]);
   assert.equal(count("spring+weight") - none, 20);
+});
+
+test("what acts on the disc is where it acts: a weight hangs from it, a force pushes it up, a beam is clamped at the sides and holds its middle", () => {
+  for (const height of [10, 20]) {
+    const acting = (bias) => {
+      const { own, g } = cone([{ about: { ...ABOUT, bias }, height }]), side = { about: ABOUT, low: 0, high: 20 }, scale = own.scale(side);
+      const calls = g.calls.filter((c) => c.strokeStyle === LIGHT.edge && c.fillStyle === LIGHT.edge);
+      return { points: calls.filter((c) => ["moveTo", "lineTo"].includes(c.name)).map((c) => c.args), blocks: calls.filter((c) => c.name === "roundRect").map((c) => c.args), disc: own.ground(side, 480, scale) - height * scale, wide: 30 * scale };
+    };
+    const weight = acting("weight"), force = acting("force"), beam = acting("beam"), spring = acting("spring"), middle = (640 - 46) / 4;
+    const [[x, y, w]] = weight.blocks, ends = weight.points.map(([, py]) => py);
+    assert.ok(near(x + w / 2, middle) && near(Math.min(...ends), weight.disc) && near(Math.max(...ends), y) && y > weight.disc);
+    const [tail, tip, left, again, right] = force.points; // the barbs are on the side of the tail
+    assert.ok(tip[1] < tail[1] && tip[1] > force.disc && close([tip], [again]) && near(tip[0], middle));
+    assert.ok(left[0] < tip[0] && right[0] > tip[0] && [left, right].every(([, py]) => py > tip[1] && py < tail[1]));
+    const base = Math.max(...spring.points.map(([, py]) => py)), shape = beam.points;
+    assert.ok(near(Math.min(...spring.points.map(([, py]) => py)), spring.disc) && base > spring.disc);
+    assert.ok(close([shape[0], shape[20], shape[40]], [[middle - beam.wide, base], [middle, beam.disc], [middle + beam.wide, base]]));
+    assert.ok(near(shape[1][1] - shape[0][1], 0, 1) && near(shape[19][1], shape[20][1], 0.01)); // flat where it is clamped and held
+  }
+});
+
+test("the trail fades with age", () => {
+  const ages = cone([{ trail: [9, 8, 7, 6] }]).g.calls.filter((c) => c.name === "fillRect" && c.fillStyle === LIGHT.accent && c.args[3] === 2).map((c) => c.globalAlpha);
+  assert.ok(ages.length === 4 && ages.every((alpha, k) => alpha > 0 && alpha < 1 && (!k || alpha < ages[k - 1])));
 });
 
 test("two settings stand side by side, named and in their colours", () => {

@@ -1,7 +1,7 @@
 // Address, frames, colours, numbers, clock, badge, link: what is computed without a picture.
 import assert from "node:assert/strict";
 import test from "node:test";
-import { DARK, LIGHT, Memory, Socket, browser, frame, near, page, wait } from "./page.js";
+import { DARK, LIGHT, Memory, Socket, browser, frame, near, page, strokes, wait } from "./page.js";
 
 browser();
 const from = (name) => import(`../../../src/gelcone/studio/static/${name}.js`);
@@ -154,7 +154,18 @@ test("an error stands next to its control, opens its group, and goes when all is
   own.fail("elsewhere", "what is wrong");
   assert.deepEqual([own.general.hidden, own.general.textContent, row("hoop_prestretch").error.hidden], [false, "what is wrong", true]);
   own.settle();
-  assert.ok(own.general.hidden);
+  assert.deepEqual([own.general.hidden, ...LIST.map(({ name }) => [row(name).number.getAttribute("aria-invalid"), row(name).row.classList.has("wrong")])], [true, ...LIST.map(() => [null, false])]);
+});
+
+test("an error that has no room is opened by a click, and offers none where it has", () => {
+  const { own, row } = controls(), { error } = row("disc_radius"), [text, more] = error.parts;
+  for (const [wide, room] of [[300, 200], [200, 200]]) {
+    Object.assign(text, { scrollWidth: wide, clientWidth: room });
+    own.fail("disc_radius", "too large");
+    assert.deepEqual([more.hidden, more.getAttribute("aria-expanded"), error.classList.has("whole"), text.title], [wide <= room, "false", false, "too large"]);
+    more.click();
+    assert.deepEqual([more.getAttribute("aria-expanded"), error.classList.has("whole")], ["true", true]);
+  }
 });
 
 test("a choice of what the device does not have is its default, and is not sent", () => {
@@ -189,6 +200,24 @@ test("an error of a field in a part stands at that part's control, and of severa
   own.fail("prestretch", "too large");
   assert.deepEqual(wrong(), ["hoop_prestretch"]);
   assert.equal(row("hoop_prestretch").row.classList.has("wrong"), true);
+});
+
+test("the shackle of a lock is closed on both sides where it locks, and its name, like that of the reset, is the control's", () => {
+  const { row } = controls(), { lock, row: whole } = row("voltage_amplitude"), down = () => strokes(lock)[0].match(/[Vv]/g).length;
+  for (const [legs, pressed] of [[1, "false"], [2, "true"], [1, "false"]]) {
+    assert.deepEqual([down(), lock.getAttribute("aria-pressed")], [legs, pressed]);
+    lock.click();
+  }
+  assert.deepEqual([lock.getAttribute("aria-label"), whole.querySelector(".reset").getAttribute("aria-label")], ["Lock Voltage amplitude", "Reset Voltage amplitude"]);
+});
+
+test("the name of a control says what it is about, belongs to its entry, and the entry to its error", () => {
+  const { own, row } = controls();
+  own.show(LIST.map((c) => ({ ...c, about: `about ${c.name}` })), {});
+  for (const { name, label } of LIST) {
+    const { row: whole, number, error } = row(name), own = whole.querySelector("label");
+    assert.deepEqual([own.textContent, own.title, own.htmlFor, number.getAttribute("aria-describedby")], [label, `about ${name}`, number.id, error.id]);
+  }
 });
 
 test("locks are those of the address, and no others", () => {
@@ -314,6 +343,22 @@ test("the slider goes through the whole run and holds it", () => {
   own.at = 30; own.write(1e6);
   assert.deepEqual([own.scrub.value, own.output.textContent], ["750", "30 ms"]);
   assert.equal(clock({}).time(), null);
+});
+
+test("the button of the player shows and says what a click does: two bars pause, a closed triangle plays", () => {
+  const own = clock({ a: RUN() });
+  for (let k = 0; k < 3; k++, own.play.click()) {
+    const [first, ...more] = strokes(own.play), playing = k % 2 === 0;
+    assert.deepEqual([own.playing, own.play.getAttribute("aria-label"), more.length, /z$/.test(first)], [playing, playing ? "Pause" : "Play", playing ? 1 : 0, !playing]);
+  }
+});
+
+test("the slider of the player is filled up to its place, and read out as the time next to it", () => {
+  const own = clock({ a: RUN() });
+  for (const at of [0, 10, 30, 40]) {
+    own.at = at; own.playing = false; own.write(0);
+    assert.deepEqual([own.scrub.style["--fill"], own.scrub.getAttribute("aria-valuetext"), own.output.textContent], [`${(100 * at) / 40}%`, `${at} ms`, `${at} ms`]);
+  }
 });
 
 test("a place of the run is gone to and held, none before its begin or after its end", () => {

@@ -149,6 +149,44 @@ test("a file is asked for with what it is of, in every format", () => {
   assert.deepEqual([saver.failed({ id: 3, message: "no" }), saver.failed({ id: 5, message: "odd" }), saver.status.textContent], [false, true, "odd"]);
 });
 
+test("each copy button copies the lines below it, and says whether the browser let it", async () => {
+  browser();
+  const saver = new Saver(document.createElement("dialog"), { ask: () => 1 }), copied = [];
+  saver.message({ kind: "code", command: "gelcone simulate", python: "import gelcone" }, {});
+  const parts = saver.dialog.parts, lines = parts.filter((e) => e.tagName === "pre");
+  for (const [allowed, said] of [[true, "Copied."], [false, "Select the text and copy it."]]) for (const own of lines) {
+    navigator.clipboard.writeText = async (text) => { if (!allowed) throw new Error("no"); copied.push(text); };
+    await parts[parts.indexOf(own) - 1].querySelector("button").onclick();
+    assert.equal(saver.status.textContent, said);
+  }
+  assert.deepEqual([copied, lines.map((own) => own.textContent)], [["gelcone simulate", "import gelcone"], ["gelcone simulate", "import gelcone"]]);
+});
+
+test("pictures and films of the page: the film's button waits for its film, and what cannot be had is said", async () => {
+  browser();
+  const looks = { words: { ended: "", seems: "seems to repeat" } }, picture = Object.assign(document.createElement("canvas"), { width: 300, height: 200 }), played = [], given = [];
+  const page = { ask: () => 1, shown: () => ({ name: "pump", look: page.look, values: {} }), pictures: () => [picture, picture], play: () => played.push(1) };
+  const saver = new Saver(document.createElement("dialog"), page), make = document.createElement;
+  saver.give = (name, data) => { given.push([name, data]); saver.done(`${name} is saved.`); };
+  for (const button of [saver.picture, saver.film]) { await button.onclick(); assert.equal(saver.status.textContent, "There is nothing to show yet."); }
+  page.look = looks;
+  await saver.film.onclick();
+  assert.deepEqual([saver.status.textContent, Boolean(saver.film.disabled), played.length], ["This browser records no films.", false, 1]);
+  const films = [];
+  globalThis.MediaRecorder = class { static isTypeSupported() { return true; } constructor() { films.push(this); } start() {} };
+  document.createElement = (tag) => Object.assign(make(tag), tag === "canvas" && { captureStream: () => ({}), toBlob: (does) => does(page.blob) });
+  for (const ends of ["stop", "error"]) {
+    const done = saver.film.onclick();
+    assert.equal(saver.film.disabled, true);
+    films.at(-1)[`on${ends}`]();
+    await done;
+    assert.deepEqual([saver.film.disabled, saver.status.textContent], [false, ends === "stop" ? "gelcone.webm is saved." : "the browser could not record the film"]);
+  }
+  for (const [blob, text] of [[new Blob(["x"]), "gelcone.png is saved."], [null, "The browser made no picture."]]) { page.blob = blob; saver.picture.onclick(); assert.equal(saver.status.textContent, text); }
+  assert.deepEqual(given.map(([name]) => name), ["gelcone.webm", "gelcone.png"]);
+  delete globalThis.MediaRecorder;
+});
+
 test("a file is handed over under its name, with the type of its ending", async () => {
   browser();
   const saver = new Saver(document.createElement("dialog"), { ask: () => 3, state: () => ({}), setting: () => ({}) }), given = [];
