@@ -1,7 +1,7 @@
 // The gallery, captions and films.
 import assert from "node:assert/strict";
 import test from "node:test";
-import { browser, texts } from "./page.js";
+import { LIGHT, browser, texts } from "./page.js";
 
 browser();
 const from = (name) => import(`../../../src/gelcone/studio/static/${name}.js`);
@@ -34,6 +34,8 @@ test("a composed picture holds all pictures and its caption", () => {
   const { canvas } = composed(pictures, ["one", "two"]), g = canvas.getContext();
   assert.deepEqual(g.calls.filter((c) => c.name === "drawImage").map((c) => c.args[0]), pictures);
   assert.deepEqual(texts(g), ["one", "two"]);
+  const ground = g.calls.find((c) => c.name === "fillRect"), inks = g.calls.filter((c) => c.name === "fillText").map((c) => c.fillStyle);
+  assert.deepEqual([ground.args, ground.fillStyle, inks], [[0, 0, canvas.width, canvas.height], LIGHT.panel, [LIGHT.ink, LIGHT.ink]]);
   const places = g.calls.filter((c) => c.name === "drawImage").map((c) => c.args.slice(1)), lines = g.calls.filter((c) => c.name === "fillText").map((c) => c.args.slice(1));
   assert.deepEqual(places, [[16, 16], [332, 16]]); // with the same margin on all sides
   assert.ok(canvas.width === 332 + 300 + 16 && lines.every(([x]) => x === 16) && lines[0][1] >= 16 + 200 + 16 && canvas.height >= lines[1][1] + 14 + 16);
@@ -123,6 +125,7 @@ test("a film draws its pictures until its time has passed, and ends as one file;
   assert.equal(await (await film).text(), "beginend");
   assert.deepEqual([said[0], said.at(-1), drawn[0], steps[0]], [0, 2, 21, null]);
   assert.match(made[0].options.mimeType, /vp8/);
+  assert.ok(made[0].stream.rate >= 20 && made[0].options.videoBitsPerSecond / made[0].stream.rate >= 1e5); // lines a pixel wide stay sharp
   const failing = filmed(pictures, 2, () => {});
   made[1].onerror();
   await assert.rejects(failing, /could not record/);

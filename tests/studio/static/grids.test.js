@@ -185,6 +185,27 @@ test("a drag over the map zooms to it, and Whole goes back", () => {
   assert.deepEqual([state.x, state.y, panel.out.disabled], [["voltage_amplitude", 0, 1600], ["frequency", 0.1, 20], true]);
 });
 
+test("a drag without breadth or height, one outside, and one that the system takes away leave the map as it is", () => {
+  const { p, canvas, state, asked, gone } = setUp(), before = JSON.stringify([state.x, state.y]), drag = (from, to, end = "up") => {
+    canvas.onpointerdown(pointer(p, ...from)); canvas.onpointermove(pointer(p, ...to));
+    const shown = placed(p, "box");
+    canvas[`onpointer${end}`](pointer(p, ...to));
+    assert.deepEqual([JSON.stringify([state.x, state.y]), asked.length, gone.length, Boolean(shown), placed(p, "box")], [before, 1, 0, true, null]);
+  };
+  drag([100, 100], [300, 100]); drag([100, 100], [100, 300]); // along an axis
+  drag([5, 100], [30, 300]); drag([100, 460], [300, 475]); // beside and below the axes
+  drag([100, 100], [300, 300], "cancel");
+  canvas.onpointerup(pointer(p, 300, 300)); // of no drag
+  assert.deepEqual([asked.length, gone.length], [1, 0]);
+});
+
+test("pictures over parameters are named by what they are over, in the order along and up", () => {
+  for (const [right, name] of [["map", "Map over voltage_amplitude and frequency. "], ["strip", "Sweep of voltage_amplitude: "]]) assert.ok(setUp(right).canvas.getAttribute("aria-label").startsWith(name), right);
+  const { panel, state, canvas } = setUp();
+  panel.x.value = "film_thickness"; panel.x.onchange();
+  assert.ok(canvas.getAttribute("aria-label").startsWith(`Map over film_thickness and ${state.y[0]}. `));
+});
+
 test("Full range is offered wherever an axis shows less, and then both show all", () => {
   const whole = { x: ["voltage_amplitude", 0, 1600], y: ["frequency", 0.1, 20] };
   for (const part of [{ x: ["voltage_amplitude", 1, 1600] }, { x: ["voltage_amplitude", 0, 1599] }, { y: ["frequency", 1, 20] }, { y: ["frequency", 0.1, 19] }]) {
@@ -408,7 +429,7 @@ function envelope() {
   const first = [texts(own.p.context).includes("static pull-in of the membrane"), own.panel.words.textContent];
   forget(own.p.context);
   own.grids.message({ ...HEAD, id: own.id(), static: { "pull-in": 1900, none: null }, share: 0.42 }, { frequency: Float32Array.of(5, 10, 15), window: Float32Array.of(2000, 1000, 2000), "limit pull-in": Float32Array.of(2400, 1200, NaN) });
-  const half = [own.said(), own.panel.running, own.panel.verdict(7.5, 1499)];
+  const half = [own.said(), own.panel.running, own.panel.verdict(7.5, 1234)];
   forget(own.p.context);
   own.grids.message({ kind: "done", id: own.id(), grid: "envelope" }, {});
   return { ...own, first, half };
@@ -417,7 +438,7 @@ function envelope() {
 test("an envelope grows: limits without a motion first, then a window as far as it is known", () => {
   const { first, half } = envelope();
   assert.deepEqual(first, [true, "drive: 10 Hz, peak 1800 V …"]);
-  assert.deepEqual(half, ["42 %", true, "drive: 7.5 Hz, peak 1499 V; so far the window ends at 1500 V"]);
+  assert.deepEqual(half, ["42 %", true, "drive: 7.5 Hz, peak 1234 V; so far the window ends at 1500 V"]);
 });
 
 test("an envelope shows its window and limits at their frequencies and voltages, and says what they are", () => {
@@ -427,6 +448,11 @@ test("an envelope shows its window and limits at their frequencies and voltages,
   [[5, 2000], [10, 1000], [15, 2000]].forEach(([f, v], k) => assert.ok(near(line(LIGHT.taut)[k][0], p.X(f)) && near(line(LIGHT.taut)[k][1], p.Y(v))));
   [[5, 2400], [10, 1200]].forEach(([f, v], k) => assert.ok(near(line(LIGHT.breakdown)[k][0], p.X(f)) && near(line(LIGHT.breakdown)[k][1], p.Y(v))));
   assert.ok(line(LIGHT.edge).every(([, y]) => near(y, p.Y(1900))) && line(LIGHT.edge).length === 2);
+  const strokes = (g) => g.calls.filter((c) => c.name === "lineTo" && c.strokeStyle === LIGHT.taut).map((c) => c.globalAlpha), area = p.context.calls.filter((c) => c.fillStyle === LIGHT.taut && c.strokeStyle !== LIGHT.taut && near(c.globalAlpha, 0.25));
+  [[5, 0], [5, 2000], [10, 1000], [15, 2000], [15, 0]].forEach(([f, v], k) => { const { args: [x, y] } = area.filter((c) => ["moveTo", "lineTo"].includes(c.name))[k]; assert.ok(near(x, p.X(f)) && near(y, p.Y(v))); });
+  assert.ok(area.some((c) => c.name === "fill") && strokes(p.context).every((alpha) => alpha === 1));
+  forget(p.context); panel.stale = true; p.redraw(); // an outdated one is pale
+  assert.ok(strokes(p.context).length > 0 && strokes(p.context).every((alpha) => alpha === 0.4));
   for (const text of ["drive frequency (Hz)", "peak voltage (V)", "pull-in of the membrane", "static pull-in of the membrane", "recommended"]) assert.ok(texts(p.context).includes(text), text);
   assert.ok(near(p.toX(p.right), 15) && near(p.toY(p.top), 2500) && near(p.toY(p.bottom), 0));
 });

@@ -134,7 +134,7 @@ export class Socket {
   open() { this.readyState = 1; this.onopen(); }
   close() { this.readyState = 3; this.onclose(); }
   get last() { return this.sent.at(-1); }
-  give(head, arrays = {}) { this.onmessage({ data: frame(head, arrays) }); }
+  give(head, arrays = {}) { this.onmessage({ data: this.binaryType === "arraybuffer" ? frame(head, arrays) : new Blob([frame(head, arrays)]) }); } // as a browser does
 }
 
 // A frame as the server packs it.

@@ -256,6 +256,23 @@ test("after any change of their list controls are those of a page that shows the
   }
 });
 
+test("the open group stays open where the new list has it, and else the first is", () => {
+  const { own } = controls();
+  own.choose("Gel");
+  for (const [list, open] of [[LIST.filter((c) => c.name !== "disc_radius"), "Gel"], [LIST, "Gel"], [LIST.filter((c) => c.group !== "Gel"), "Body"]]) {
+    own.show(list, {});
+    assert.deepEqual([own.open, own.group.parts.map((e) => e.dataset.name)], [open, list.filter((c) => c.group === open).map((c) => c.name)]);
+  }
+});
+
+test("a long value has smaller letters, a short one has not, as they change", () => {
+  const { own, row } = controls();
+  for (const [text, long] of [["1500 V", false], ["1234.567 V", true], ["2 kV", false], ["12345678", false], ["123456789", true]]) {
+    own.values({ voltage_amplitude: text });
+    assert.equal(row("voltage_amplitude").number.classList.has("long"), long, text);
+  }
+});
+
 test("of the tabs one can be reached by the keyboard, the selected one, and it names what is open", () => {
   const { own } = controls(), tabs = () => own.groups.parts.map((e) => [e.textContent, e.getAttribute("aria-selected"), e.tabIndex]);
   for (const name of ["Gel", "Start", "Body"]) {

@@ -512,7 +512,7 @@ function show(side, kind) {
 }
 
 function filmLegend() {
-  const names = looks[state.side]?.about?.film;
+  const names = looks[state?.side]?.about?.film; // before the server has greeted the page there is no state
   const codes = [...new Set(sides().flatMap((side) => (looks[side]?.words ? sharesShown(looks[side]).map(({ code }) => code) : [])))].sort();
   if (!names) return;
   const key = codes.join() + names + document.documentElement.dataset.theme;

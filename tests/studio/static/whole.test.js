@@ -1,0 +1,294 @@
+// The whole page, opened anew for each test: what every answer and every hand changes, and what stays.
+import assert from "node:assert/strict";
+import test from "node:test";
+import { DARK, LIGHT, Socket, browser, draw, forget, near, page, texts, wait } from "./page.js";
+
+const HERTZ = { Hz: 0, kHz: 3 }, VOLTS = { V: 0, kV: 3 };
+const CONTROLS = [
+  { name: "frequency", label: "Frequency", group: "Drive", kind: "number", value: 10, unit: "Hz", low: 0.1, high: 20, powers: HERTZ, about: "", choices: [] },
+  { name: "voltage_amplitude", label: "Voltage amplitude", group: "Drive", kind: "number", value: 800, unit: "V", low: 0, high: 1600, powers: VOLTS, about: "", choices: [] },
+  { name: "disc_radius", label: "Disc radius", group: "Body", kind: "number", value: 8, unit: "mm", low: 1, high: 16, powers: { m: 0, mm: -3 }, about: "", choices: [] },
+];
+const AXES = { time: "time (ms)", displacement: "height (mm)", velocity: "velocity (m/s)", voltage: "voltage (V)", constant: "constant voltage (V)", frequency: "frequency (Hz)", amplitude: "amplitude (mm)" };
+const ABOUT = { axes: AXES, si: true, disc: 8, rim: 30, second: null, bias: "none", film: ["taut", "hoop slack"], wrinkles: false, film_of: "cone", name: "biased pump", strength: true, doubts: [] };
+const HELLO = { kind: "hello", id: 1, devices: ["biased-pump", "soft-film"], presets: { base: "the base set", other: "another set" }, regimes: [{ name: "rest", colour: "#777777" }, { name: "periodic", colour: "#0072b2" }], pulled_in: { name: "pulled in", colour: "#5b5b5b" } };
+const RUN = (more = {}) => ({ t: Float32Array.of(0, 50, 100), x: Float32Array.of(10, 20, 10), u: Float32Array.of(0, 1, 0), v: Float32Array.of(200, 1234, 200), film: Uint8Array.of(0, 0, 0), ...more });
+let moment = 0, opened = 0;
+globalThis.performance.now = () => moment;
+
+// A page at an address, greeted by its server.
+async function open(hash = "#device=biased-pump", greeted = true) {
+  browser(hash);
+  await import(`../../../src/gelcone/studio/static/main.js?${++opened}`);
+  const [socket] = Socket.all, asked = (kind) => socket.sent.filter((sent) => sent.kind === kind), last = (kind) => asked(kind).at(-1);
+  socket.open();
+  if (greeted) socket.give(HELLO);
+  const answer = (arrays = RUN(), about = {}, words = {}) => {
+    const { id, side, controls } = last("look");
+    if (controls) socket.give({ kind: "subject", id, side, controls: CONTROLS, words: {} });
+    socket.give({ kind: "response", id, side, about: { ...ABOUT, ...about }, words: { seems: "seems to repeat", ended: "", period: 100, shares: [{ code: 0, share: 1 }], ...words } }, arrays);
+  };
+  const give = (kind, words = {}, arrays = {}, side = last("look").side) => socket.give({ kind, id: last("look").id, side, words }, arrays);
+  return { $: (id) => document.getElementById(id), socket, asked, last, answer, give, studio: globalThis.studio };
+}
+const go = (scrub) => { const own = document.getElementById("scrub"); own.value = String(scrub); own.oninput(); };
+const selected = (place) => document.querySelector(`.panel[data-place="${place}"]`).querySelectorAll('[role="tab"]').find((t) => t.getAttribute("aria-selected") === "true").dataset.tab;
+const file = (name, text) => ({ name, size: text.length, text: async () => text });
+const passed = () => new Promise((done) => setImmediate(done));
+
+test("the list of subjects names what is shown from the first: what is opened, the devices, and the sets of the paper", async () => {
+  for (const [hash, name] of [["#device=soft-film", "soft-film"], ["#preset=base", "base"], ["#file=a", "device file"]]) {
+    const { $ } = await open(hash, false);
+    assert.deepEqual($("subject").options.map((o) => o.textContent), [name]);
+  }
+  const groups = ($) => $("subject").querySelectorAll("optgroup").map((own) => [own.label, own.options.map((o) => [o.value, o.textContent])]);
+  const shipped = [["Devices", [["device:biased-pump", "biased-pump"], ["device:soft-film", "soft-film"]]], ["Parameter sets of the paper", [["preset:base", "base"], ["preset:other", "other"]]]];
+  for (const [hash, value, first] of [["#device=soft-film", "device:soft-film", []], ["#preset=other", "preset:other", []], ["#file=a", "file:", [["Opened", [["file:", "my pump"]]]]]]) {
+    const { $, answer } = await open(hash);
+    answer(RUN(), { name: "my pump" });
+    assert.deepEqual([groups($), $("subject").value], [[...first, ...shipped], value]);
+  }
+});
+
+test("files come by the button or are dropped, and a browser that is given a file does not leave the page", async () => {
+  const { $, last } = await open(), prevented = [];
+  let clicked = 0;
+  $("file").onclick = () => { clicked += 1; };
+  $("open").click();
+  assert.equal(clicked, 1);
+  const event = (types, files = []) => ({ dataTransfer: { types, files }, preventDefault: () => prevented.push(types[0]) });
+  for (const types of [["Files"], ["text/plain"]]) page.listeners.dragover(event(types));
+  assert.deepEqual(prevented, ["Files"]);
+  page.listeners.drop(event(["Files"], [file("my.toml", "disc_radius = '1 mm'")]));
+  await passed();
+  assert.deepEqual([prevented, last("look").setting.file], [["Files", "Files"], "disc_radius = '1 mm'"]);
+});
+
+test("of several measured curves the last one opens its tab", async () => {
+  const curves = { time: file("t.csv", "time (ms),height (mm)\n0,5\n1,6\n"), voltage: file("v.csv", "voltage (V),height (mm)\n0,5\n1,6\n") };
+  for (const [order, top, left] of [[["time", "voltage"], "spectrum", "statics"], [["voltage", "time"], "time", "portrait"]]) {
+    const { $, answer, studio } = await open("#device=biased-pump&top=spectrum");
+    answer();
+    studio.looks.measured = [];
+    for (const over of order) {
+      for (const tab of ["spectrum", "portrait"]) document.querySelector(`[data-tab="${tab}"]`).click(); // neither panel shows the curve
+      $("file").files = [curves[over]];
+      await $("file").onchange();
+      await passed();
+    }
+    assert.deepEqual([selected("top"), selected("left")], [top, left]);
+  }
+});
+
+test("a tab that a subject does not have gives way to the first, and what belongs to a tab is shown with it", async () => {
+  for (const [hash, right] of [["#preset=base&right=envelope", "map"], ["#device=biased-pump&right=envelope", "envelope"], ["#preset=base&right=strip", "strip"]]) {
+    const { answer } = await open(hash);
+    answer();
+    assert.equal(selected("right"), right, hash);
+  }
+  const { answer } = await open();
+  answer();
+  for (const tab of ["time", "spectrum", "time"]) {
+    document.querySelector(`[data-tab="${tab}"]`).click();
+    for (const part of document.querySelectorAll("[data-for]")) assert.equal(part.hidden, part.dataset.for !== tab, tab);
+  }
+});
+
+test("doubts about a device stand below its controls, whole under the pointer, and go with it", async () => {
+  const { $, answer } = await open();
+  answer(RUN(), { doubts: ["film_thickness = 0.2 um: is thin", "1 m^2 is large"] });
+  const text = "film_thickness = 0.2 µm: is thin; 1 m² is large";
+  assert.deepEqual([$("subject-note").textContent, $("subject-note").title], [text, text]);
+  document.querySelector('[data-tab="statics"]').click();
+  answer();
+  assert.deepEqual([$("subject-note").textContent, $("subject-note").title], ["", ""]);
+});
+
+test("speeds are factors of real time for a device, and seconds a period for a set without units", async () => {
+  for (const [hash, si, some] of [["#device=biased-pump", true, ["20× slower", "real time"]], ["#preset=base", false, ["2 s a period"]]]) {
+    const { $, answer } = await open(hash);
+    answer(RUN(), { si });
+    const names = $("speed").options.map((o) => o.textContent);
+    assert.ok(some.every((name) => names.includes(name)) && names.includes("real time") === si, names.join());
+  }
+});
+
+test("while an answer is awaited the cone stands, but not for evidence of an older setting", async () => {
+  const { $, answer, give, last, socket } = await open(), kind = { regime: 1, lines: ["periodic, period 1"], extent: [9, 21] };
+  answer();
+  if ($("play").getAttribute("aria-label") === "Play") $("play").click();
+  draw();
+  const older = last("look").id;
+  const moves = () => { wait(38); return page.frames.length > 0; };
+  const slider = document.querySelector('[data-name="frequency"]').querySelectorAll("input")[1];
+  slider.value = "300"; slider.oninput();
+  draw(); // what was asked for before
+  socket.give({ kind: "kind", id: older, side: "a", words: kind });
+  draw();
+  assert.equal(moves(), false);
+  answer(); give("kind", kind); draw();
+  assert.equal(moves(), true);
+});
+
+test("a page at rest asks for no pictures", async () => {
+  const { $, answer } = await open();
+  answer();
+  moment += 1000; // nothing is awaited any more
+  if ($("play").getAttribute("aria-label") === "Pause") $("play").click();
+  for (let k = 0; k < 3; k++) { draw(); wait(500); }
+  assert.equal(page.frames.length, 0);
+  $("play").click();
+  for (let k = 0; k < 3; k++) { draw(); wait(500); }
+  assert.equal(page.frames.length, 1);
+});
+
+test("a lock is a step of the history and part of the link, and so is its end", async () => {
+  const { answer } = await open(), begun = page.steps.length, locked = () => new URLSearchParams(location.hash.slice(1)).get("locked");
+  answer();
+  const lock = (name) => document.querySelector(`[data-name="${name}"] .lock`).click();
+  for (const [name, all] of [["frequency", "frequency"], ["disc_radius", "frequency,disc_radius"], ["frequency", "disc_radius"], ["disc_radius", null]]) {
+    if (name === "disc_radius") document.querySelector("#tab-Body").click();
+    lock(name);
+    assert.equal(locked(), all);
+  }
+  assert.equal(page.steps.length - begun, 4);
+});
+
+test("profiles of membranes are drawn as soon as they are there, each film at its own height and the voltage now", async () => {
+  const { $, answer, give } = await open(), flat = (values) => Float32Array.from(values);
+  answer(RUN({ v: flat([500, 1000, 500]) }), { second: 30, membrane: ["one", "two"] });
+  go(0); draw();
+  assert.equal(page.frames.length, 0);
+  // rings at 8, a radius that grows from 15 to 25 with the squared voltage, and 30 mm; the middle one as far up as the height over 40
+  const table = { height: flat([0, 40]), top: flat([1000, 1000]), radius: flat([8, 15, 30, 8, 25, 30, 8, 15, 30, 8, 25, 30]), rise: flat([1, 0, 0, 1, 0, 0, 1, 1, 0, 1, 1, 0]), stretch: flat(Array(12).fill(1)), wrinkled: new Uint8Array(12) };
+  for (const name of ["one", "two"]) give("profiles", { name, shares: [0, 1], rings: 3 }, table);
+  assert.equal(page.frames.length, 1);
+  const g = $("cone").getContext();
+  forget(g); draw();
+  const lines = g.calls.filter((c) => ["moveTo", "lineTo"].includes(c.name) && c.strokeStyle === LIGHT.taut && c.lineWidth > 2).map((c) => c.args).slice(0, 16);
+  // four lines (the second film's, then the first's, on either side) of two parts each: disc, middle, middle, rim
+  for (const [k, height] of [[0, 20], [2, 10]]) for (const own of [lines.slice(4 * k, 4 * k + 4), lines.slice(4 * k + 4, 4 * k + 8)]) {
+    const [disc, middle, again, rim] = own;
+    assert.deepEqual(middle, again);
+    assert.ok(near((middle[0] - disc[0]) / (rim[0] - disc[0]), (17.5 - 8) / (30 - 8), 1e-5), `radius at ${height}`);
+    assert.ok(near((middle[1] - rim[1]) / (disc[1] - rim[1]), height / 40, 1e-5), `height ${height}`);
+  }
+});
+
+test("each answer belongs to its side, whichever is the one that is changed", async () => {
+  const { $, answer, give, socket, last, studio } = await open(), a = last("look").id;
+  answer();
+  $("compare").click(); answer();
+  for (const [side, id] of [["a", a], ["b", last("look").id]]) {
+    const own = side === "a" ? 1 : 2, number = { name: "stroke", place: 0, text: `${own} mm`, value: own };
+    socket.give({ kind: "kind", id, side, words: { regime: own - 1, lines: [`lines of ${side}`], extent: [own, own], numbers: [number] } }, {});
+    socket.give({ kind: "section", id, side, words: {} }, { px: Float32Array.of(own), pu: Float32Array.of(own) });
+    socket.give({ kind: "spectrum", id, side, words: { top: own } }, { frequency: Float32Array.of(own), amplitude: Float32Array.of(own), line: Float32Array.of(), height: Float32Array.of() });
+    socket.give({ kind: "statics", id, side, words: { marks: {}, swing: [own, own] } }, { voltage: Float32Array.of(own), x: Float32Array.of(own), stable: Uint8Array.of(1) });
+    socket.give({ kind: "late", id, side, stage: "film", message: `why of ${side}` });
+  }
+  for (const [side, own] of [["a", 1], ["b", 2]]) {
+    const look = studio.looks[side];
+    assert.deepEqual([[...look.px], look.regime, look.lines[0], look.numbers.get("stroke").value, look.spectrum.top, [...look.statics.x], look.unmade], [[own], own - 1, `lines of ${side}`, own, own, [own], `why of ${side}`]);
+  }
+  give("section", {}, { px: Float32Array.of(9), pu: Float32Array.of(9) }, "a");
+  assert.deepEqual([[...studio.looks.a.px], [...studio.looks.b.px]], [[9], [2]]);
+});
+
+test("a long sentence is shortened, and opened by a click that says so; one with room is whole", async () => {
+  const { $ } = await open(), [wide, room] = [300, 200];
+  const make = document.createElement;
+  for (const long of [true, false]) {
+    document.createElement = (tag) => Object.assign(make(tag), tag === "span" && { scrollWidth: long ? wide : room, clientWidth: room });
+    $("file").files = [{ name: "huge.toml", size: 30001 }];
+    await $("file").onchange();
+    const [text, more] = $("notices").parts.at(-1).parts;
+    assert.deepEqual([more.hidden, more.getAttribute("aria-expanded"), text.textContent.startsWith("huge.toml: has more than")], [!long, "false", true]);
+    for (const whole of [true, false]) { more.click(); assert.deepEqual([more.getAttribute("aria-expanded"), $("notices").parts.at(-1).classList.has("whole")], [String(whole), whole]); }
+  }
+  document.createElement = make;
+});
+
+test("the picture of the cone has the room of the motion that is shown, and its gauge the voltages", async () => {
+  const { $, answer, give } = await open(), g = $("cone").getContext();
+  for (const [high, volts] of [[20, 1234], [60, 400], [15, 2000]]) {
+    document.querySelector('[data-tab="statics"]').click();
+    answer(RUN({ x: Float32Array.of(10, high, 10), v: Float32Array.of(0, volts, 0) }));
+    go(500); forget(g); draw();
+    const [, top, , tall] = g.calls.find((c) => c.name === "roundRect" && c.fillStyle === LIGHT.accent).args;
+    assert.ok(near(top, 22) && near(tall, 480 - 24 - 22), `${volts} V`); // full at the highest voltage
+    const disc = g.calls.find((c) => c.name === "fillText" && c.args[0] === `${high} mm`).args[2];
+    assert.ok(disc >= 14 && disc < 480, `${high} mm`);
+  }
+  give("kind", { regime: 1, lines: ["periodic, period 1"], extent: [4, 5] }, { ot: Float32Array.of(0, 50, 100), ox: Float32Array.of(4, 5, 4), ou: Float32Array.of(0, 0, 0), ov: Float32Array.of(0, 90, 0), ofilm: Uint8Array.of(0, 0, 0), px: Float32Array.of(4), pu: Float32Array.of(0) });
+  go((1000 * 50) / (20 * 100)); forget(g); draw();
+  assert.ok(near(g.calls.find((c) => c.name === "roundRect" && c.fillStyle === LIGHT.accent).args[3], 480 - 24 - 22)); // of the settled motion
+});
+
+test("the cursor over time goes with the time", async () => {
+  const { $, answer } = await open();
+  answer();
+  const places = [0, 500, 1000].map((scrub) => { go(scrub); draw(); return $("time").querySelector(".line").style.transform.match(/-?[\d.]+/g).map(Number)[0]; });
+  assert.ok(places[2] > places[0] + 100 && near(places[1], (places[0] + places[2]) / 2, 1e-3));
+});
+
+test("the address of a studio at another port leads there with what is shown, one at this port stays", async () => {
+  const { $ } = await open("#device=soft-film&frequency=12+Hz"), { hash, href } = location;
+  for (const [text, to] of [["http://127.0.0.1:9/?token=new", href], ["http://127.0.0.1:8/?token=new", `http://127.0.0.1:8/?token=new${hash}`]]) {
+    $("address").value = text; $("address").onchange();
+    assert.equal(location.href, to);
+  }
+});
+
+test("the theme is the one chosen before, else the system's, and a click takes the other one", async () => {
+  const theme = () => document.documentElement.dataset.theme;
+  for (const system of [false, true]) for (const chosen of [null, "dark", "light"]) {
+    const before = globalThis.matchMedia;
+    const own = async () => {
+      browser("#device=biased-pump");
+      globalThis.matchMedia = (query) => ({ matches: system && query.includes("dark") });
+      if (chosen) localStorage.setItem("gelcone-theme", chosen);
+      await import(`../../../src/gelcone/studio/static/main.js?${++opened}`);
+    };
+    await own();
+    const first = chosen ?? (system ? "dark" : "light"), other = first === "dark" ? "light" : "dark";
+    assert.equal(theme(), first, `${system} ${chosen}`);
+    for (const next of [other, first]) { document.getElementById("theme").click(); assert.deepEqual([theme(), localStorage.getItem("gelcone-theme")], [next, next]); }
+    globalThis.matchMedia = before;
+  }
+  assert.notEqual(LIGHT.panel, DARK.panel);
+});
+
+test("what is said for a moment is seen, and says whether the browser copied", async () => {
+  for (const copies of [true, false]) {
+    const { $ } = await open();
+    navigator.clipboard.writeText = async () => { if (!copies) throw new Error("no"); };
+    assert.ok($("toast").hidden);
+    await $("share").onclick();
+    assert.deepEqual([$("toast").hidden, $("toast").textContent], [false, copies ? "The address is copied; it works while the studio runs." : "Copy the address from the address bar."]);
+    wait(2500);
+    assert.ok($("toast").hidden);
+  }
+});
+
+test("going back to another subject asks for its controls, and for both of two settings", async () => {
+  const { asked, answer } = await open();
+  answer();
+  const back = (hash) => { const before = asked("look").length; location.hash = hash; page.listeners.popstate(); return asked("look").slice(before).map(({ side, setting, controls }) => [side, setting.device ?? setting.preset, controls]); };
+  assert.deepEqual(back("#device=soft-film"), [["a", "soft-film", true]]);
+  answer();
+  assert.deepEqual(back("#preset=base"), [["a", "base", true]]);
+  answer();
+  assert.deepEqual(back("#device=soft-film&b.preset=base&side=b"), [["a", "soft-film", false], ["b", "base", true]]);
+});
+
+test("an address of two settings asks for both, and for the controls of the one that is changed", async () => {
+  for (const side of ["a", "b"]) {
+    const { asked, $ } = await open(`#device=biased-pump&frequency=9+Hz&b.device=soft-film&side=${side}`);
+    const looks = asked("look").map(({ side: own, setting, controls }) => [own, setting.device, controls]);
+    // the controls of a side that has never been asked for come with its first look
+    assert.deepEqual(looks.map(([own, device]) => [own, device]), [["a", "biased-pump"], ["b", "soft-film"]]);
+    assert.ok(looks.find(([own]) => own === side)[2]);
+    assert.deepEqual([$("sides").hidden, $(`side-${side}`).getAttribute("aria-pressed"), $("subject").value], [false, "true", side === "a" ? "device:biased-pump" : "device:soft-film"]);
+  }
+});
