@@ -29,7 +29,7 @@ function setUp(right = "map") {
   const grids = new GridPanels({ hosts: { map: $("map"), strip: $("strip"), envelope: $("envelope") }, share: $("grid-share"), page });
   grids.controlsChanged();
   const panel = grids.open;
-  return { grids, panel, asked, gone, state, setting, controls, said: () => $("grid-share").textContent, p: panel.plot, canvas: panel.plot.canvas, id: () => panel.id };
+  return { grids, panel, asked, gone, state, setting, controls, page, said: () => $("grid-share").textContent, p: panel.plot, canvas: panel.plot.canvas, id: () => panel.id };
 }
 const pointer = (p, x, y) => ({ clientX: 10 + x, clientY: 20 + y, pointerId: 1 });
 const placed = (p, name) => p.marks.get(name).hidden ? null : p.marks.get(name).style.transform.match(/-?[\d.]+/g).map(Number);
@@ -261,6 +261,19 @@ test("what nobody looks at is cancelled, and begun again when it is", () => {
   assert.deepEqual(asked.slice(1).map(([kind, content]) => [kind, content.grid ?? content.over]), [["cancel", "map"], ["strip", ["voltage_amplitude", 0, 1600]]]);
   state.right = "map"; grids.opened("map");
   assert.deepEqual(asked.slice(3).map(([kind]) => kind), ["cancel", "map"]);
+});
+
+test("what is asked for without a connection is asked again with one", () => {
+  for (const kind of ["map", "strip", "envelope"]) {
+    const { grids, panel, asked, said, page } = setUp(kind), { ask } = page;
+    grids.lost();
+    page.ask = () => null;
+    grids.opened();
+    assert.deepEqual([panel.running, panel.stale, said()], [false, true, ""], kind);
+    page.ask = ask;
+    grids.opened();
+    assert.deepEqual([panel.running, panel.stale, asked.length], [true, false, 2], kind);
+  }
 });
 
 test("what went wrong is said in the panel, and after a lost connection all is asked anew", () => {

@@ -61,6 +61,16 @@ test("strokes stand on the computed rest, a band between its ends, and nothing w
   for (const [rest, count] of [[1, 1], [NaN, 0]]) assert.equal(shownOver({ active: "a", a: { about: { si: true } }, measured: [stroke] }, "voltage", rest).length, count); // of no rest strokes have no place
 });
 
+test("the points of a curve with many samples are smaller, so that it shows its course", () => {
+  const sizes = [3, 500].map((n) => {
+    const rows = Array.from({ length: n }, (_, k) => `${(20 * k) / n},${12 + (2 * k) / n}`).join("\n"), p = panel(timePanel, { measured: [readMeasured("h.csv", `time (ms),height (mm)\n${rows}\n`)] });
+    const points = p.context.calls.filter((c) => c.name === "fillRect" && c.fillStyle === LIGHT.ink).map((c) => c.args[2]);
+    assert.equal(points.length, n);
+    return points[0];
+  });
+  assert.ok(sizes[1] < sizes[0] && sizes[1] > 0);
+});
+
 test("a curve over a negative voltage stands where that of the positive one would, as the force does", () => {
   const stroke = readMeasured("s.csv", "voltage (V),stroke (mm)\n-500,1\n0,0\n"), p = panel(staticsPanel, { measured: [stroke] });
   const points = p.context.calls.filter((c) => c.name === "fillRect" && c.fillStyle === LIGHT.ink).map(({ args: [x, , w] }) => x + w / 2);

@@ -1,7 +1,7 @@
 // The panels that follow every look, and the cone: curves, colours and marks at their places.
 import assert from "node:assert/strict";
 import test from "node:test";
-import { LIGHT, boxes, browser, forget, near, overlapping, path, texts } from "./page.js";
+import { LIGHT, boxes, browser, forget, near, overlapping, page, path, texts } from "./page.js";
 
 browser();
 const from = (name) => import(`../../../src/gelcone/studio/static/${name}.js`);
@@ -103,6 +103,16 @@ test("from the start the run alone is drawn, in its own range; so is one without
     const p = panel(portraitPanel, { a: own, motion });
     assert.ok(close(strokes(p, false), [...own.x].map((x, k) => [p.X(x), p.Y(own.u[k])])));
     assert.ok(strokes(p, true).length === 0 && !p.context.calls.some((c) => c.name === "arc") && p.X(10) > p.right);
+  }
+});
+
+test("every line of the second setting is dashed, and none of the first, whichever are shown", () => {
+  for (const [make, lines] of [[timePanel, 2], [portraitPanel, 1]]) for (const sides of [["a"], ["b"], ["a", "b"]]) {
+    const p = panel(make, { active: sides[0], ...Object.fromEntries(sides.map((side) => [side, look(make === portraitPanel ? ORBIT : {})])) });
+    for (const side of sides) {
+      const begun = p.context.calls.filter((c) => c.name === "moveTo" && c.strokeStyle === LIGHT[side] && c.lineWidth >= 1).map((c) => c.dash.length > 0);
+      assert.deepEqual(begun, Array(lines).fill(side === "b"), `${make.name} ${sides} ${side}`);
+    }
   }
 });
 
@@ -265,6 +275,22 @@ test("the cone in section: film from rim to disc at its height and in the colour
     for (const end of ends) assert.ok(lines.some((at) => close([at], [end])), `${height}`);
     assert.ok(texts(g).includes("10 mm") && texts(g).includes("500 V") && texts(g).includes("voltage"));
   }
+});
+
+test("a cone that is given another size asks to be drawn in it, and is", () => {
+  const { own } = cone([{}]), resized = page.observers.at(-1);
+  let woken = 0;
+  own.wakes = () => { woken += 1; };
+  for (const [w, h] of [[900, 300], [300, 700]]) {
+    Object.assign(own.canvas, { clientWidth: w, clientHeight: h });
+    own.changed = false; resized();
+    assert.deepEqual([own.canvas.width, own.canvas.height, own.changed], [w, h, true]);
+    forget(own.context);
+    own.draw([{ about: ABOUT, height: 10, films: [0, 0], low: 0, high: 20, volts: [0, 100], voltage: 50, heightText: "10 mm", voltageText: "50 V" }]);
+    const rims = own.context.calls.filter((c) => c.name === "ellipse").map((c) => c.args[2]);
+    assert.ok(Math.max(...rims) < w / 4 && Math.max(...rims) > 30);
+  }
+  assert.equal(woken, 2);
 });
 
 test("a cone is as large as its canvas allows, whichever side is the narrow one", () => {

@@ -314,6 +314,8 @@ test("a periodic motion is repeated over the run, one that wanders is shown as i
   assert.deepEqual([...own.t], [0, 5, 10, 15, 20]);
   assert.deepEqual([[...own.x], [...own.film], own.thin.length, "px" in own], [[1, 2, 1, 2, 1], [0, 4, 0, 4, 0], 5, false]);
   assert.deepEqual([...settledOf(orbit, { periodic: false, periods: 400, period: 5 }).t], [0, 5, 10]);
+  const names = ["t", "x", "u", "v", "film", "film1", "film2", "thin", "thin1", "thin2", "field", "field1", "field2"], whole = settledOf(Object.fromEntries(names.map((name) => [`o${name}`, orbit.ot])), { periodic: true, periods: 4, period: 5 });
+  assert.deepEqual([Object.keys(whole), names.filter((name) => whole[name].length !== 5)], [names, []]); // of two films each
   assert.equal(settledOf({ px: orbit.px }, { periodic: true, periods: 4, period: 5 }), null);
   assert.ok(settledOf(orbit, { periodic: true, periods: 1e9, period: 5 }).t.length <= 200001);
   const look = { settled: own, x: [] };

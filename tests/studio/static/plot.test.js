@@ -1,7 +1,7 @@
 // Axes, scales, ticks, ranges, lines: each at its pixel.
 import assert from "node:assert/strict";
 import test from "node:test";
-import { browser, forget, near, path, recorder, texts, LIGHT } from "./page.js";
+import { browser, forget, near, page, path, recorder, texts, LIGHT } from "./page.js";
 
 browser();
 const { Plot, Range, extent, ticks } = await import("../../../src/gelcone/studio/static/plot.js");
@@ -108,6 +108,20 @@ test("a dense line fills, column by column, what its samples span", () => {
     assert.ok(Math.abs(py - p.Y(v)) < 3 && Math.abs(py + h - p.Y(-v)) < 3);
   }
   assert.ok(columns.slice(1).every((c, k) => near(c.args[0] - columns[k].args[0], 1)));
+});
+
+test("a plot that is given another size has it at once, on every screen", () => {
+  for (const d of [1, 2]) {
+    globalThis.devicePixelRatio = d;
+    const p = plot({ draw: (own) => own.axes([0, 1], [0, 1]) }), resized = page.observers.at(-1);
+    for (const [w, h] of [[300, 200], [900, 700]]) {
+      Object.assign(p.box, { clientWidth: w, clientHeight: h });
+      forget(p.context); resized();
+      assert.deepEqual([p.canvas.width, p.canvas.height, p.context.calls.find((c) => c.name === "fillRect").args], [w * d, h * d, [0, 0, w, h]]);
+      assert.deepEqual([p.X(1), p.Y(0)], [w - p.margin.right, h - p.margin.bottom]);
+    }
+  }
+  globalThis.devicePixelRatio = 1;
 });
 
 test("points are centred on their values", () => {

@@ -1,7 +1,7 @@
 // Tables over what is written, read, asked for and said: each row a case, each with its opposite.
 import assert from "node:assert/strict";
 import test from "node:test";
-import { LIGHT, Memory, browser, near, texts } from "./page.js";
+import { LIGHT, Memory, browser, near, texts, wait } from "./page.js";
 
 browser();
 const from = (name) => import(`../../../src/gelcone/studio/static/${name}.js`);
@@ -195,6 +195,15 @@ test("a file is handed over under its name, with the type of its ending", async 
   assert.deepEqual(given.map(([name, data]) => [name, data.type]), [["pump.nc", "application/x-netcdf"], ["map.2.png", "image/png"], ["map.svg", "image/svg+xml"], ["pump.toml", "application/toml"]]);
   assert.deepEqual([...new Uint8Array(await given[0][1].arrayBuffer())], [1, 2, 3]);
   assert.equal(saver.message({ kind: "look" }, {}), false);
+  const { createObjectURL, revokeObjectURL } = URL, urls = [], links = [], make = document.createElement;
+  URL.createObjectURL = (data) => { urls.push(data); return `blob:${urls.length}`; }; URL.revokeObjectURL = (url) => urls.push(url);
+  document.createElement = (tag) => Object.assign(make(tag), { onclick() { links.push([this.href, this.download, urls.length]); } });
+  Saver.prototype.give.call(saver, "pump.nc", "data");
+  Object.assign(document, { createElement: make });
+  assert.deepEqual([links, urls, saver.status.textContent, document.body.querySelectorAll("a").length], [[["blob:1", "pump.nc", 1]], ["data"], "pump.nc is saved.", 0]);
+  wait(10000); // a browser reads the address after the click
+  assert.deepEqual(urls, ["data", "blob:1"]);
+  Object.assign(URL, { createObjectURL, revokeObjectURL });
 });
 
 test("answers of long work that nobody waits for any more are taken and dropped, others are left to others", () => {

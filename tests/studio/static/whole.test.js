@@ -142,6 +142,18 @@ test("a page at rest asks for no pictures", async () => {
   assert.equal(page.frames.length, 1);
 });
 
+test("another parameter of the sweep or of the map is a step of the history and part of the link", async () => {
+  const { answer, last } = await open("#device=biased-pump&right=strip"), begun = page.steps.length, written = (name) => new URLSearchParams(location.hash.slice(1)).get(name);
+  answer();
+  const [over] = document.getElementById("strip").querySelectorAll("select");
+  over.value = "disc_radius"; over.onchange();
+  assert.deepEqual([written("over"), page.steps.length - begun, last("strip").over], ["disc_radius,1,16", 1, ["disc_radius", 1, 16]]);
+  document.querySelector('[data-tab="map"]').click();
+  const [x] = document.getElementById("map").querySelectorAll("select");
+  x.value = "disc_radius"; x.onchange();
+  assert.deepEqual([written("x"), page.steps.length - begun, last("map").x], ["disc_radius,1,16", 3, ["disc_radius", 1, 16]]);
+});
+
 test("a lock is a step of the history and part of the link, and so is its end", async () => {
   const { answer } = await open(), begun = page.steps.length, locked = () => new URLSearchParams(location.hash.slice(1)).get("locked");
   answer();
