@@ -214,6 +214,13 @@ def test_a_mesh_table_is_taken_in_the_middle_of_those_in_tension_at_the_lowest_v
     assert float(found["mesh_voltage"].squeeze()) == 0.3
 
 
+def test_the_continuum_reaches_its_limit_on_the_mesh_that_was_asked_for():
+    coarse = limit_displacements(mesh_film(ConeModel(), 0.2, 4))
+    assert (np.abs(limit_displacements(mesh_film(ConeModel(), 0.2, 40)) / coarse - 1.0) > 1e-6).all()
+    given = {"displacements": [0.3], "elements": 4}
+    np.testing.assert_array_equal(compare(ConeModel(), 0.2, **given)["limit_displacement"].squeeze(), coarse)
+
+
 def test_the_distance_of_shapes_is_that_by_which_one_is_moved():
     """As a whole by (0.03, 0.04), and linearly, whose root mean square is the largest over sqrt(3)."""
     film, fine = mesh_film(ConeModel(), 0.2, 4), mesh_film(ConeModel(), 0.2, 16)
@@ -235,6 +242,10 @@ def test_pull_in_of_cone_and_membrane_is_that_of_the_films_themselves(monkeypatc
         own = model.replace(film=film, **({"radius_ratio": 0.2} if film == "membrane" else {}))
         right = np.sqrt(own.film.highest_squared(x, own.numbers()))
         np.testing.assert_allclose(found[f"{name}_pull_in_voltage"].values.squeeze(), right, rtol=1e-12)
+    own = alone(model.replace(film="membrane", radius_ratio=0.2))
+    np.testing.assert_allclose(
+        found["membrane_force"].values.squeeze(), [own.force(x, v) for v in (0.1, 0.6)], rtol=1e-12
+    )
     held = alone(model.replace(film="wrinkling", pull_in="minimum"))
     assert (
         held.film.highest_squared(x, held.numbers()) > 1.01 * found["cone_pull_in_voltage"].values.squeeze() ** 2

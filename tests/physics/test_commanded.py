@@ -61,6 +61,37 @@ def test_force_slope_and_equilibrium_are_those_at_the_voltage_on_the_film():
     np.testing.assert_allclose(under.slope(x, at), -pull * rise, rtol=1e-6)
 
 
+def test_where_the_command_turns_is_where_the_force_at_a_constant_command_does():
+    """At an equilibrium x dF/dx - F is x dF/dx, with the slope that the leak changes as the disc moves."""
+    model = leaking().replace(leakage_time=2.0)
+    balance = commanded_balance(model.system, model.own_numbers)
+    x, h = np.array([-1.2, -0.9, 0.6, 0.8, 1.3]), 1e-5
+    squared = balance.squared(x)
+    assert (squared > 0.0).all()
+    slope = (balance.force(x + h, squared) - balance.force(x - h, squared)) / (2.0 * h)
+    np.testing.assert_allclose(balance.turning(x), x * slope, rtol=1e-6)
+
+
+class Divider(gelcone.Circuit):
+    name = "divider"
+
+    def voltage(self, port, y, n, xp=None):
+        return 0.5 * port.command
+
+    def gain(self, frequency, n):
+        return 0.5 + 0.0j
+
+
+def test_behind_a_circuit_that_halves_the_voltage_a_film_is_as_under_half_of_it():
+    plain, halved = ConeModel(**TAUT), ConeModel(**TAUT, circuit=Divider())
+    levels = np.array([0.2, 0.8, 1.6])
+    behind, alone = gelcone.static(halved, levels), gelcone.static(plain, levels / 2.0)
+    np.testing.assert_allclose(behind["equilibrium_displacement"], alone["equilibrium_displacement"], rtol=1e-9)
+    np.testing.assert_allclose(behind["pull_in_voltage"], 2.0 * alone["pull_in_voltage"], rtol=1e-9)
+    n = halved.own_numbers
+    assert command_at(halved.system, halved.system.lines[0], 0.3, 0.7, n) == pytest.approx(1.4)
+
+
 def test_slopes_of_a_pair_are_those_of_its_force_also_where_the_opposite_command_is_below_zero():
     model = leaking(second_film="taut", second_flat_height=1.5, second_drive="opposite", voltage_bias=0.3)
     under, x, h = commanded_balance(model.system, model.own_numbers), 0.6, 1e-5

@@ -37,6 +37,19 @@ def test_the_frame_shows_the_page_of_the_device_and_ends():
         urllib.request.urlopen(frame.address.partition("#")[0])
 
 
+def test_a_frame_is_as_high_as_it_was_asked_to_be():
+    frames = [gelcone.studio(height=300)]
+    try:
+        given = gelcone.find_device("biased-pump")
+        frames += [gelcone.studio(own, height=400 + k) for k, own in enumerate(("snap-cone", given))]
+        frames += [gelcone.studio(preset="base", height=500), gelcone.studio("biased-pump")]
+        assert [frame.height for frame in frames] == [300, 400, 401, 500, notebook.HEIGHT]
+        for frame in frames:
+            assert f'height="{frame.height}"' in frame._repr_html_()
+    finally:
+        frames[0].close()
+
+
 def test_a_notebook_has_one_server_however_often_it_asks_until_it_is_closed():
     first, second = gelcone.studio("biased-pump"), gelcone.studio(preset="base")
     for name in ("snap-cone", "double-cone"):  # of its own text, and with what ships alone
