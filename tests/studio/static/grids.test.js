@@ -206,6 +206,34 @@ test("pictures over parameters are named by what they are over, in the order alo
   assert.ok(canvas.getAttribute("aria-label").startsWith(`Map over film_thickness and ${state.y[0]}. `));
 });
 
+test("what a picture waits for, or lacks, is said beside the mark of a setting in its middle", () => {
+  for (const problem of [null, "no such range: ".repeat(20)]) {
+    const { grids, panel, id, p } = setUp();
+    forget(p.context);
+    if (problem) grids.failed({ id: id(), message: problem }); else p.redraw();
+    panel.page.go({ voltage_amplitude: "800 V", frequency: "10.05 Hz" }); panel.redrawOver();
+    const [x, y] = placed(p, "ring"), said = boxes(p.context).filter(([text]) => /computing|no such/.test(text));
+    assert.ok(said.length > 0 && said.every(([, left, top, right, bottom]) => x < left - 6 || x > right + 6 || y < top - 6 || y > bottom + 6), `${problem}`);
+  }
+});
+
+test("a setting beyond a picture is marked at its nearest edge", () => {
+  const { panel, state, p } = setUp();
+  Object.assign(state, { x: ["voltage_amplitude", 400, 1200], y: ["frequency", 5, 15] });
+  p.redraw();
+  for (const [volts, hertz, x, y] of [[200, 10, "left", null], [1500, 10, "right", null], [800, 1, null, "bottom"], [800, 19, null, "top"], [1500, 1, "right", "bottom"]]) {
+    panel.page.go({ voltage_amplitude: `${volts} V`, frequency: `${hertz} Hz` }); panel.redrawOver();
+    const ring = placed(p, "ring");
+    assert.ok(near(ring[0], x ? p[x] : p.X(volts), 0.01) && near(ring[1], y ? p[y] : p.Y(hertz), 0.01), `${volts} V, ${hertz} Hz`);
+  }
+  const own = envelope();
+  for (const [hertz, volts, x, y] of [[14, 800, null, null], [19, 800, "right", null], [10, 8000, null, "top"]]) {
+    own.panel.page.go({ frequency: `${hertz} Hz`, voltage_amplitude: `${volts} V`, voltage_offset: `${volts * 1.25} V` }); own.panel.redrawOver();
+    const ring = placed(own.p, "ring");
+    assert.ok(near(ring[0], x ? own.p[x] : own.p.X(hertz), 0.01) && near(ring[1], y ? own.p[y] : own.p.Y(volts * 2.25), 0.01), `${hertz} Hz, ${volts} V`);
+  }
+});
+
 test("Full range is offered wherever an axis shows less, and then both show all", () => {
   const whole = { x: ["voltage_amplitude", 0, 1600], y: ["frequency", 0.1, 20] };
   for (const part of [{ x: ["voltage_amplitude", 1, 1600] }, { x: ["voltage_amplitude", 0, 1599] }, { y: ["frequency", 1, 20] }, { y: ["frequency", 0.1, 19] }]) {
@@ -362,6 +390,7 @@ test("each event over a sweep has the sign that the legend gives its kind", () =
   assert.deepEqual(legend.map(([, name]) => name), kinds);
   for (const [k, kind] of order.entries()) {
     const x = p.X(200 + 200 * k), y = p.Y(2), beside = p.context.calls.filter((c) => ["moveTo", "lineTo", "arc"].includes(c.name) && c.lineWidth === 1.4 && Math.hypot(c.args[0] - x, c.args[1] - y) < 8);
+    assert.ok(beside.every((c) => c.strokeStyle === LIGHT.ink && c.fillStyle === LIGHT.panel)); // open, as in the legend
     if (legend[kind][0] === "○") { assert.ok(beside.length === 1 && beside[0].name === "arc"); continue; }
     const found = beside.map(({ args: [px, py] }) => (near(px, x) ? (py < y ? "u" : "d") : near(py, y) ? (px < x ? "l" : "r") : "")).sort().join("");
     assert.deepEqual([found, beside.length], [[...corners[legend[kind][0]]].sort().join(""), "□◇".includes(legend[kind][0]) ? 4 : 3], `${legend[kind]}`);

@@ -350,11 +350,14 @@ test("a hand that takes the disc starts the run where it lets it go, at rest, in
     const { values } = last("look").setting;
     assert.deepEqual([Object.keys(values), values.release_velocity], [["release_height", "release_velocity"], "0 m/s"]);
     assert.match(values.release_height, / cm$/);
+    assert.equal($("play").getAttribute("aria-label"), "Play"); // it stands while the hand holds it, and starts when it lets go
     return Number.parseFloat(values.release_height);
   };
   const [one, two] = [pulled(20), pulled(40)];
   assert.ok(near(2 * one - two, 2, 1e-3) && two > one); // without a pull 2 cm
   canvas.onpointerup({ ...at(x, place + 12 - 40), type: "pointerup" });
+  assert.equal($("play").getAttribute("aria-label"), "Pause");
+  $("play").click();
   assert.ok(document.querySelectorAll("#motion button").some((b) => b.dataset.motion === "start" && b.getAttribute("aria-pressed") === "true"));
   document.querySelectorAll("#motion button").find((b) => b.dataset.motion === "settled").click();
   $("reset-all").click(); answer();

@@ -179,6 +179,18 @@ test("the reason stands on the side of its cross where it has room, and texts li
   }
 });
 
+test("the reason is read whole also where a run ends at the edge of its axes, which stay as they are", () => {
+  for (const make of [timePanel, portraitPanel]) for (const k of [0, 1]) {
+    const looks = { active: "a", a: look() }, p = make(document.createElement("div"), looks, at(10, NOW));
+    p.redraw();
+    const edge = p.y[k] + (k ? -1e-4 : 1e-4), own = make === timePanel ? "x" : "u";
+    looks.a = look({ words: { ended: "pulled in", period: 20, shares: [] }, [own]: Float32Array.of(...[...look()[own]].slice(0, 4), edge) });
+    forget(p.context); p.redraw();
+    const [[, , top, , bottom]] = boxes(p.context).filter(([text]) => text === "pulled in");
+    assert.ok(near(p.y[k], edge, 1e-3) && top >= p.top && bottom <= p.bottom, `${make.name} ${k}`);
+  }
+});
+
 test("a run that had to be cut says so", () => {
   const said = (words) => texts(panel(timePanel, { a: look({ words: { ended: "", period: 20, shares: [], ...words } }) }).context);
   assert.ok(said({ shown: 3.512, cut: true }).some((text) => text.startsWith("only the first 3.5 periods")));
@@ -428,6 +440,19 @@ test("texts of the cone stay in the picture, also while the disc is pulled beyon
   }
 });
 
+test("the rims are held at the films' planes, and the disc is as wide as the film leaves it", () => {
+  for (const second of [null, 15]) {
+    const about = { ...ABOUT, second, bias: "none" }, { own, g } = cone([{ about, height: 10 }]), side = { about, low: 0, high: 20 };
+    const scale = own.scale(side), ground = own.ground(side, 480, scale), middle = (640 - 46) / 4;
+    const blocks = g.calls.filter((c) => c.name === "roundRect" && [LIGHT.steel, LIGHT.edge].includes(c.fillStyle)).map(({ args: [x, y, w, h] }) => [x, x + w, y + h / 2]);
+    const held = [[-1, 0], [1, 0], ...(second === null ? [] : [[-1, second], [1, second]])];
+    for (const [sign, z] of held) assert.equal(blocks.filter(([left, right, y]) => left <= middle + sign * 30 * scale && right >= middle + sign * 30 * scale && near(y, ground - z * scale)).length, 1, `${sign} ${z}`);
+    const [disc] = blocks.filter(([left, right]) => left < middle && right > middle);
+    assert.ok(near((disc[0] + disc[1]) / 2, middle) && Math.abs(disc[1] - disc[0] - 2 * 8 * scale) < 8 && near(disc[2], ground - 10 * scale));
+    assert.equal(blocks.length, held.length + 1);
+  }
+});
+
 test("the trail fades with age", () => {
   const ages = cone([{ trail: [9, 8, 7, 6] }]).g.calls.filter((c) => c.name === "fillRect" && c.fillStyle === LIGHT.accent && c.args[3] === 2).map((c) => c.globalAlpha);
   assert.ok(ages.length === 4 && ages.every((alpha, k) => alpha > 0 && alpha < 1 && (!k || alpha < ages[k - 1])));
@@ -485,6 +510,9 @@ test("a hand takes the disc and lets it go at its place, and the gauge; a frame 
   const quarter = 0.75 * gauge.box[1] + 0.25 * gauge.box[3]; // from the top of -1000 to 2000 V: 1250 V
   put("pointerdown", gauge.box[0] + 1, gauge.box[3]); put("pointermove", gauge.box[0], quarter); put("pointercancel", 0, 0);
   assert.deepEqual(done.map(([kind, share, settled]) => [kind, Number(share.toFixed(6)), settled]), [["volts", 0.625, false], ["volts", 0.625, true]]);
+  done.length = 0; // below zero volts no voltage changes its sign
+  put("pointerdown", gauge.box[0] + 1, quarter); put("pointermove", gauge.box[0], gauge.box[3]); put("pointerup", gauge.box[0], gauge.box[3]);
+  assert.deepEqual(done, [["volts", 0, false], ["volts", 0, true]]);
   assert.ok(own.held === null);
   own.w = 20;
   own.draw([{ about: ABOUT, height: 10, films: [0, 0], low: 0, high: 20, volts: [0, 100], voltage: 50, heightText: "", voltageText: "" }]);

@@ -154,6 +154,38 @@ test("another parameter of the sweep or of the map is a step of the history and 
   assert.deepEqual([written("x"), page.steps.length - begun, last("map").x], ["disc_radius,1,16", 3, ["disc_radius", 1, 16]]);
 });
 
+test("a slider that rested before it was released is one step of the history, to where it began", async () => {
+  const { answer } = await open(), begun = page.steps.length, slider = () => document.querySelector('[data-name="frequency"]').querySelectorAll("input")[1];
+  answer(); wait(300);
+  slider().value = "300"; slider().oninput(); answer(); wait(300);
+  assert.deepEqual([page.steps.length - begun, location.hash.includes("frequency=")], [0, true]);
+  slider().onchange(); answer(); wait(300);
+  assert.equal(page.steps.length - begun, 1);
+});
+
+test("an address gives the length of the run and the locks, and going back takes back all that is not in it", async () => {
+  const { $, answer, asked, studio } = await open("#device=biased-pump&periods=60&locked=frequency&b.device=soft-film");
+  const locked = () => [...document.querySelectorAll("[data-name]")].filter((row) => row.classList.has("locked")).map((row) => row.dataset.name);
+  for (const side of ["a", "b"]) { $(`side-${side}`).click(); answer(); }
+  $("side-a").click(); answer();
+  assert.deepEqual([$("periods").value, locked(), $("badges").querySelectorAll(".badge").length], ["60", ["frequency"], 2]);
+  const maps = asked("map").length;
+  location.hash = "#device=soft-film&periods=5&locked=voltage_amplitude"; page.listeners.popstate(); answer();
+  assert.deepEqual([$("periods").value, locked(), $("badges").querySelectorAll(".badge").length, studio.looks.b, $("sides").hidden], ["5", ["voltage_amplitude"], 1, undefined, true]);
+  assert.deepEqual([asked("map").length > maps, asked("map").at(-1).setting.device], [true, "soft-film"]); // that of the other device
+});
+
+test("controls that were asked for are asked for until they are there", async () => {
+  const { $, answer, last } = await open();
+  answer();
+  $("subject").value = "device:soft-film"; $("subject").onchange();
+  document.querySelector('[data-tab="statics"]').click(); // before its answer
+  assert.deepEqual([last("look").setting.device, last("look").controls], ["soft-film", true]);
+  answer();
+  document.querySelector('[data-tab="portrait"]').click();
+  assert.equal(last("look").controls, false);
+});
+
 test("a lock is a step of the history and part of the link, and so is its end", async () => {
   const { answer } = await open(), begun = page.steps.length, locked = () => new URLSearchParams(location.hash.slice(1)).get("locked");
   answer();
