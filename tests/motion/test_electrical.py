@@ -305,3 +305,14 @@ def test_the_size_of_currents_and_charges_counts_and_that_of_the_largest_film():
     members = MadeUp(system=system)
     assert module.current_of(members, times, np.zeros((1, 2, 2))).tolist() == [[3.0, 2.0]]
     assert module.charge_of(members, times, np.zeros((1, 2, 2))).tolist() == [[1.0, 4.0]]
+
+
+def test_a_source_without_voltage_gives_no_power():
+    """What a free motion loses comes from no source: it was said to give -3e-19 pW."""
+    model = gelcone.ConeModel(voltage=0.0, voltage_bias=0.0, damping_ratio=0.1, spring_stiffness=0.5, rest_height=0.4)
+    begin = np.array([[0.6, 0.0]])
+    times = np.linspace(0.0, 4.0 * np.pi, 65)[None]
+    run = integrate(model.members(), begin, times)
+    found = electrical(model.members(), times[:, 1:], run.states[:, 1:], begin)
+    assert found["damper_power"][0] > 1e-4
+    assert found["power"][0] == found["apparent_power"][0] == found["current"][0] == 0.0

@@ -58,6 +58,7 @@ def electrical(members: Members, times: Array, states: Array, begin: Array, **fl
             cause: work[:, 0, system.causes.index(cause)] / lasts if cause in system.causes else np.zeros(len(times))
             for cause in LOSSES
         }
+        rounding = SMALLEST_POWER * np.where(back_and_forth > 0.0, back_and_forth, np.inf)  # without voltage all is
         jumps = lost_in_jumps(members, begin, lasts, **flow)
         means["resistor"] = means["resistor"] + jumps / lasts
         lost = sum(means.values())
@@ -66,7 +67,7 @@ def electrical(members: Members, times: Array, states: Array, begin: Array, **fl
     heat = heat_of(system, work)[:, 0] / lasts + 0.0 * current
     return {
         "current": np.where(jumps > 0.0, np.inf, current),
-        "power": np.where(np.abs(lost) <= SMALLEST_POWER * back_and_forth, 0.0, lost) + 0.0 * current,
+        "power": np.where(np.abs(lost) <= rounding, 0.0, lost) + 0.0 * current,
         **{f"{cause}_power": mean + 0.0 * current for cause, mean in means.items()},
         "apparent_power": np.where(jumps > 0.0, np.inf, apparent),
         "field": largest(members, path, field_of, **flow),
