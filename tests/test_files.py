@@ -184,7 +184,7 @@ def test_texts_that_a_user_names_are_read_in_this_one_place():
     own = {
         "__init__.py", "presets.py", "plots/style.py", "devices/materials.py", "cli/lists.py",
         "atlas/store.py", "atlas/branches/journal.py", "atlas/processes.py", "disk_cache.py",
-        "export/sources.py", "export/fmu.py", "export/wasm.py", "membrane/made.py",
+        "export/sources.py", "export/compiler.py", "membrane/made.py",
         "motion/engine/compile.py", "paper/figures/figure.py", "paper/report.py", "paper/stamp.py", "studio/server.py",
         "studio/exports.py",
     }  # fmt: skip

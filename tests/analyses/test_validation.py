@@ -15,14 +15,14 @@ from tests.plots.made_up import result
 def test_each_film_pulls_in_at_its_own_voltage():
     member = result(
         {
-            "pull_in_voltage": ("displacement", [np.nan, 900.0]),
-            "cone_pull_in_voltage": ("displacement", [1200.0, 1100.0]),
-            "membrane_pull_in_voltage": ("displacement", [950.0, 910.0]),
+            "pull_in_film_voltage": ("displacement", [np.nan, 900.0]),
+            "cone_pull_in_film_voltage": ("displacement", [1200.0, 1100.0]),
+            "membrane_pull_in_film_voltage": ("displacement", [950.0, 910.0]),
             "limit_displacement": ("share", [np.nan, 30.0]),
             "cone_limit_displacement": ("share", [20.0, 40.0]),
         },
         {"displacement": ("displacement", [5.0, 10.0]), "share": ("share", [0.1, 0.5])},
-        {"pull_in_voltage": "V", "displacement": "mm", "limit_displacement": "mm"},
+        {"pull_in_film_voltage": "V", "displacement": "mm", "limit_displacement": "mm"},
     )
     assert _pull_in_lines(member) == [
         "the continuum has pulled in above:",
@@ -60,7 +60,7 @@ def test_a_cone_against_a_continuum():
     ]
     lost = edited(validated(), hoop_slack=[[False, True, True]])  # what was not found is not wrinkled, too
     assert validation._voltage_lines(lost)[2] == taut[2]
-    wrinkles = validated().assign(pull_in_voltage=1.0)
+    wrinkles = validated().assign(pull_in_film_voltage=1.0)
     assert validation._voltage_lines(wrinkles)[:2] == [
         "disc over film a/b 0.25; cone force over that of the continuum, both wrinkling, less 1:",
         "  700 V: -25.0% at 6 mm to +12.5% at 4 mm; the membrane -2.50% at 8 mm to +1.25% at 6 mm",

@@ -67,7 +67,7 @@ def test_the_film_named_membrane_agrees_with_the_elements(gelcone):
     assert (rows[0][held] > 0.13).all()
     assert np.abs(rows[1][held].astype(float)).max() < 1e-3
     assert content["membrane_force"][2][1] == "unknown"
-    pulled = [content[f"{name}pull_in_voltage"][1] for name in ("", "membrane_", "cone_")]
+    pulled = [content[f"{name}pull_in_film_voltage"][1] for name in ("", "membrane_", "cone_")]
     assert pulled[1] == pytest.approx(pulled[0], rel=5e-3)  # the mesh is coarse
     assert pulled[2] > 1.4 * pulled[0]
 

@@ -144,10 +144,10 @@ def test_a_mesh_table_is_taken_where_the_film_is_in_tension():
 def test_the_pull_in_voltage_is_unknown_where_no_voltage_was_that_high():
     model, ratio = ConeModel(meridional_prestretch=1.1, hoop_prestretch=1.4), 8.0 / 30.0
     found = compare(model, ratio, displacements=[0.5, 0.8], voltages=[0.0, 0.1], wrinkles="relax", elements=12)
-    assert np.isnan(found["pull_in_voltage"]).all()
-    assert np.isfinite(found["cone_pull_in_voltage"]).all()
+    assert np.isnan(found["pull_in_film_voltage"]).all()
+    assert np.isfinite(found["cone_pull_in_film_voltage"]).all()
     held = gelcone.film(model.replace(film="membrane", radius_ratio=ratio), [0.5, 0.8], [0.0, 0.1])
-    np.testing.assert_allclose(found["membrane_pull_in_voltage"], held["pull_in_voltage"][:, 0], rtol=1e-9)
+    np.testing.assert_allclose(found["membrane_pull_in_film_voltage"], held["pull_in_film_voltage"][:, 0], rtol=1e-9)
     share = found["membrane_force"] / found["continuum_force"] - 1.0
     np.testing.assert_allclose(found["membrane_deviation"], share, rtol=1e-9)
     assert np.abs(share).max() < 0.02
@@ -172,7 +172,7 @@ def test_the_continuum_has_pulled_in_above_the_lowest_of_its_voltages(monkeypatc
     ending = np.array([[Ending.PULLED_IN, Ending.CONVERGED], [Ending.PULLED_IN, Ending.SLACK]])
     reached = np.array([[0.42, 0.1], [0.45, 0.2]])
     found = made_up(monkeypatch, ending=ending, reached_voltage=reached)
-    np.testing.assert_array_equal(found["pull_in_voltage"].values.squeeze(), [0.42, np.nan])
+    np.testing.assert_array_equal(found["pull_in_film_voltage"].values.squeeze(), [0.42, np.nan])
 
 
 def test_the_cone_is_compared_where_the_continuum_pulls_back_without_folds(monkeypatch):
@@ -241,13 +241,13 @@ def test_pull_in_of_cone_and_membrane_is_that_of_the_films_themselves(monkeypatc
     for name, film in (("cone", "wrinkling"), ("membrane", "membrane")):
         own = model.replace(film=film, **({"radius_ratio": 0.2} if film == "membrane" else {}))
         right = np.sqrt(own.film.highest_squared(x, own.numbers()))
-        np.testing.assert_allclose(found[f"{name}_pull_in_voltage"].values.squeeze(), right, rtol=1e-12)
+        np.testing.assert_allclose(found[f"{name}_pull_in_film_voltage"].values.squeeze(), right, rtol=1e-12)
     own = alone(model.replace(film="membrane", radius_ratio=0.2))
     np.testing.assert_allclose(
         found["membrane_force"].values.squeeze(), [own.force(x, v) for v in (0.1, 0.6)], rtol=1e-12
     )
     held = alone(model.replace(film="wrinkling", pull_in="minimum"))
     assert (
-        held.film.highest_squared(x, held.numbers()) > 1.01 * found["cone_pull_in_voltage"].values.squeeze() ** 2
+        held.film.highest_squared(x, held.numbers()) > 1.01 * found["cone_pull_in_film_voltage"].values.squeeze() ** 2
     ).all()
     np.testing.assert_allclose(found["cone_force"].values.squeeze(), [held.force(x, v) for v in (0.1, 0.6)], rtol=1e-12)

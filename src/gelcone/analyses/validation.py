@@ -33,7 +33,7 @@ def _voltage_lines(member: xr.Dataset) -> list[str]:
     """At each voltage the deviation of the cone where the film is taut, and what became of it elsewhere."""
     from gelcone.continuum.path import Ending
 
-    wrinkles = "pull_in_voltage" in member
+    wrinkles = "pull_in_film_voltage" in member
     which = "that of the continuum, both wrinkling," if wrinkles else "that of the taut continuum,"
     lines = [f"disc over film a/b {float(member['radius_ratio']):.4g}; cone force over {which} less 1:"]
     for i in range(member.sizes["constant_voltage"]):
@@ -62,9 +62,9 @@ def _ends(one: xr.Dataset, share: Array, digits: int = 1) -> str:
 
 def _pull_in_lines(member: xr.Dataset) -> list[str]:
     """Above which voltages continuum and cone have pulled in."""
-    if "pull_in_voltage" not in member:
+    if "pull_in_film_voltage" not in member:
         return []
-    own, cone, other = (member[f"{film}pull_in_voltage"] for film in ("", "cone_", "membrane_"))
+    own, cone, other = (member[f"{film}pull_in_film_voltage"] for film in ("", "cone_", "membrane_"))
     lines = [
         f"  at {_place(member, k)}: {float(v):.4g}{unit_of(own)}, the cone above {float(cone[k]):.4g}{unit_of(own)}, "
         f"the membrane above {float(other[k]):.4g}{unit_of(own)}"

@@ -136,10 +136,11 @@ def compare(
     ``deviation`` is cone_force/continuum_force - 1: positive where the cone overestimates the force, NaN where the
     film is compressed along its meridian or has pulled in. ``limit_displacement`` and ``cone_limit_displacement``
     over ``share`` are the displacements at which the largest I1 - 3 reaches that share of the stretch limit without
-    voltage; NaN for a law without limit. With ``"relax"`` the cone wrinkles too, and ``pull_in_voltage`` and
-    ``cone_pull_in_voltage`` over the displacement state above which voltage each has pulled in: the continuum's is
+    voltage; NaN for a law without limit. With ``"relax"`` the cone wrinkles too, and ``pull_in_film_voltage`` and
+    ``cone_pull_in_film_voltage`` over the displacement state above which voltage each has pulled in: the continuum's is
     NaN where no given voltage was that high. ``membrane_force``, ``membrane_deviation`` and
-    ``membrane_pull_in_voltage`` are then those of the film that is named membrane, NaN of one that is not computed.
+    ``membrane_pull_in_film_voltage`` are then those of the film that is named membrane, NaN of one that is not
+    computed.
     """
     result = membrane(
         model,
@@ -205,9 +206,9 @@ def _of_wrinkling(
     squared = np.array([cone.film.highest_squared(x, cone.numbers()) for cone in cones])
     along, at = ("displacement",), ("constant_voltage", "displacement")
     return {
-        "pull_in_voltage": (along, found, "voltage above which the continuum has pulled in", "voltage"),
-        "cone_pull_in_voltage": (along, np.sqrt(squared), "voltage above which the cone has pulled in", "voltage"),
-        "membrane_pull_in_voltage": (
+        "pull_in_film_voltage": (along, found, "voltage above which the continuum has pulled in", "voltage"),
+        "cone_pull_in_film_voltage": (along, np.sqrt(squared), "voltage above which the cone has pulled in", "voltage"),
+        "membrane_pull_in_film_voltage": (
             along,
             limit,
             "voltage above which the film named membrane has pulled in",
