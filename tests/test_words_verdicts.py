@@ -50,6 +50,8 @@ def test_chaos_in_which_one_of_many_starts_ended_did_end():
         ([1, 3, -1], [2, 0, 0],
          ["starts within 1e-9 end as: periodic, period 2 75% [50%, 90%]; chaotic 25% [10%, 40%]"]),
         ([1, -1, -1], [2, 0, 0], []),
+        ([1, 1, -1], [32, 32, 0],
+         ["starts within 1e-9 end as: periodic, period 32 75% [50%, 90%]; another periodic, period 32 25% [10%, 40%]"]),
         ([0, 1, 2], [0, 1, 0], ["starts within 1e-9 end as: rest 75% [50%, 90%]; periodic, period 1 25% [10%, 40%]; "
                                "quasi-periodic 0% [0%, 5%]"]),
     ],

@@ -210,7 +210,7 @@ def evidence_in_words(member: xr.Dataset) -> list[str]:
 def lasting_in_words(member: xr.Dataset) -> list[str]:
     """The lifetime of the chaos of one motion, and where nearby starts end."""
     if "lifetime" not in member or np.isnan(member["lifetime"]):
-        return []
+        return _fates_in_words(member) if "fate_regime" in member else []
     low, mean, high = (float(member[name]) for name in ("lifetime_low", "lifetime", "lifetime_high"))
     starts, of = int(member["starts"]), member["lifetime"]
     left = round(float(member["share_chaotic"]) * starts)
@@ -226,11 +226,12 @@ def _fates_in_words(member: xr.Dataset) -> list[str]:
     """List the motions in which nearby starts end, if they differ."""
     regimes, periods = member["fate_regime"].values, member["fate_period"].values
     shares = zip(*(member[f"fate_share{end}"].values for end in ("", "_low", "_high")), strict=True)
-    fates = [
-        f"{motion_in_words(int(regime), int(period))} {share:.0%} [{low:.0%}, {high:.0%}]"
-        for regime, period, (share, low, high) in zip(regimes, periods, shares, strict=True)
-        if regime >= 0
-    ]
+    names, fates = set[str](), list[str]()
+    for regime, period, (share, low, high) in zip(regimes, periods, shares, strict=True):
+        if regime >= 0:
+            name = motion_in_words(int(regime), int(period))
+            fates.append(f"{'another ' * (name in names)}{name} {share:.0%} [{low:.0%}, {high:.0%}]")
+            names.add(name)
     return ["starts within 1e-9 end as: " + "; ".join(fates)] if len(fates) > 1 else []
 
 

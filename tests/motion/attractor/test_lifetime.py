@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import poisson
 
 from gelcone.codes import Outcome, Regime
-from gelcone.motion.attractor.lifetime import STARTS, Nearby, chaos_of, lifetimes
+from gelcone.motion.attractor.lifetime import SETTLING, STARTS, Nearby, chaos_of, lifetimes
 from gelcone.motion.attractor.search import NEARBY
 
 # --- lifetimes --------------------------------------------------------------------------------------------------------
@@ -97,11 +97,24 @@ def test_starts_that_failed_are_counted_neither_as_chaotic_nor_as_ended():
     """Of 16 starts 4 left the domain, 3 ended on a cycle, and 9 are still chaotic: 9 of 12."""
     nearby = made_up(np.where(np.arange(STARTS) < 3, 500.0, np.inf), 1000.0)
     nearby.outcome[0, -4:] = Outcome.NOT_FINITE
-    found = chaos_of(nearby, np.array([0]), np.array([0.1]))
+    found = chaos_of(nearby, np.array([0]), np.array([0.1]), np.array([False]))
     assert found["followed"].tolist() == [12]
     assert found["share_chaotic"].tolist() == [0.75]
     assert found["fate_regime"].tolist() == [[Regime.CHAOTIC, Regime.PERIODIC, -1]]
     assert found["fate_share"].tolist() == [[0.75, 0.25, 0.0]]
     assert found["chaotic_until"].tolist() == [500.0]
-    lasting = chaos_of(made_up(np.full(STARTS, np.inf), 1000.0), np.array([0]), np.array([0.1]))
+    lasting = chaos_of(made_up(np.full(STARTS, np.inf), 1000.0), np.array([0]), np.array([0.1]), np.array([False]))
     assert lasting["chaotic_until"].tolist() == [1000.0]
+
+
+def test_starts_that_may_have_been_settling_all_the_time_are_no_evidence_of_chaos():
+    """Next to a doubling motions settle so slowly that those which have not returned say nothing: of a periodic motion
+    they are not counted; of a chaotic one they are all there is."""
+    nearby, rate = made_up(np.where(np.arange(STARTS) < 10, 500.0, np.inf), 1000.0), np.array([SETTLING / 600.0])
+    found = chaos_of(nearby, np.array([0]), rate, np.array([False]))
+    assert (found["followed"].tolist(), found["share_chaotic"].tolist()) == ([10], [0.0])
+    assert found["fate_regime"].tolist() == [[Regime.PERIODIC, -1, -1]]
+    assert found["fate_share"].tolist() == [[1.0, 0.0, 0.0]]
+    assert all(np.isnan(found[name]).all() for name in ("lifetime", "lifetime_low", "lifetime_high"))
+    chaotic = chaos_of(nearby, np.array([0]), rate, np.array([True]))
+    assert (chaotic["followed"].tolist(), chaotic["share_chaotic"].tolist()) == ([16], [6 / 16])

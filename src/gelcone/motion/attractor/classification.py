@@ -380,7 +380,7 @@ def _store_lifetimes(
     # No cycle attracts faster than the damping lets it.
     damping = members.values["damping_ratio"]
     attraction = np.where(evidence.sign < 0, np.minimum(-evidence.exponents[:, 0], damping), damping)
-    for name, values in chaos_of(nearby, rows, attraction).items():
+    for name, values in chaos_of(nearby, rows, attraction, evidence.regime == Regime.CHAOTIC).items():
         getattr(evidence, name)[rows] = values
     returns = np.isin(evidence.regime[rows], (Regime.PERIODIC, Regime.REST)) & (evidence.sign[rows] < 0)
     ends = (evidence.share_chaotic[rows] < 1.0) & ~evidence.coexisting[rows]

@@ -137,37 +137,47 @@ def _without_fate(search: Search, nearby: Nearby, rows: npt.NDArray[np.intp]) ->
     return rows
 
 
-def chaos_of(nearby: Nearby, rows: npt.NDArray[np.intp], attraction: Array) -> dict[str, npt.NDArray[Any]]:
+def chaos_of(
+    nearby: Nearby, rows: npt.NDArray[np.intp], attraction: Array, chaotic: npt.NDArray[np.bool_]
+) -> dict[str, npt.NDArray[Any]]:
     """Lifetimes of the chaos of the members ``rows`` and attractors of their starts, by the names of the evidence.
 
-    ``attraction`` (members,) is the rate at which they settle once chaos has ended.
+    ``attraction`` (members,) is the rate at which they settle once chaos has ended, ``chaotic`` the mask of the members
+    whose own motion is. Of others a start that may have been settling ever since it separated is no evidence of chaos,
+    and is not counted; without any evidence the lifetime is NaN.
     """
     times = nearby.times(SETTLING / np.maximum(attraction, FLOOR))[rows]
     escaped, valid = nearby.escaped[rows], nearby.outcome[rows] == Outcome.OK
-    ended, count = (escaped & valid).sum(axis=1), valid.sum(axis=1)
+    left = (valid & ~escaped & (chaotic[rows, None] | (times > 0.0))).sum(axis=1)
+    ended = (escaped & valid).sum(axis=1)
+    count = ended + left
     mean, low, high = lifetimes(ended, np.where(valid, times, 0.0).sum(axis=1))
-    fates = np.array([_fates(int(row), nearby) for row in rows]).reshape(rows.size, FATES, 3)
+    fates = np.array([_fates(int(row), nearby, int(n)) for row, n in zip(rows, left, strict=True)])
+    fates = fates.reshape(rows.size, FATES, 3)
+    with np.errstate(invalid="ignore"):
+        shares = left / count, fates[..., 2] / count[:, None]
     return {
-        "lifetime": mean,
-        "lifetime_low": low,
-        "lifetime_high": high,
+        **{
+            name: np.where(mean > 0.0, value, np.nan)
+            for name, value in (("lifetime", mean), ("lifetime_low", low), ("lifetime_high", high))
+        },
         "followed": count,
-        "share_chaotic": 1.0 - ended / count,
+        "share_chaotic": shares[0],
         "chaotic_until": np.minimum(nearby.ended, nearby.followed)[rows, 0],
         "coexisting": nearby.persists()[rows],
         "fate_regime": fates[..., 0],
         "fate_period": fates[..., 1],
-        "fate_share": fates[..., 2] / count[:, None],
+        "fate_share": shares[1],
     }
 
 
-def _fates(row: int, nearby: Nearby) -> list[tuple[int, int, int]]:
-    """Regime, period and number of starts of each attractor of one member, the most frequent first, (`FATES`, 3)."""
+def _fates(row: int, nearby: Nearby, left: int) -> list[tuple[int, int, int]]:
+    """Regime, period and number of starts of each attractor of one member, the most frequent first, (`FATES`, 3), with
+    the number ``left`` of those that are still chaotic."""
     found: list[tuple[int, int, int]] = []
     for group in nearby.fates(row):
         still = float((nearby.highest[row, group[0]] - nearby.lowest[row, group[0]]).max()) < REST_TOLERANCE
         period = 0 if still else int(nearby.period[row, group[0]])
         found.append((Regime.REST if still else Regime.PERIODIC, period, group.size))
-    left = int(((nearby.outcome[row] == Outcome.OK) & ~nearby.escaped[row]).sum())
     found += [(Regime.CHAOTIC, 0, left)] * (left > 0) + [(-1, 0, 0)] * FATES
     return sorted(found, key=lambda fate: -fate[2])[:FATES]
