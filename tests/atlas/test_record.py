@@ -10,6 +10,7 @@ from gelcone.atlas import record as module
 from gelcone.atlas.plan import Plan
 from gelcone.atlas.record import Tally, coordinates, plan_record, stored_sweep
 from gelcone.atlas.store import Field, Status
+from gelcone.codes import Outcome
 from gelcone.devices.device import find_device
 from gelcone.errors import InputError
 from gelcone.physics.model import ConeModel
@@ -113,7 +114,8 @@ def test_what_a_store_holds_is_counted_by_where_it_comes_from(monkeypatch):
 
 
 def test_the_store_of_a_device_is_shown_in_its_units(monkeypatch):
-    fields = {"status": Field((), np.array([Status.COMPUTED, Status.MISSING]), {})}
+    status, outcome = np.array([Status.COMPUTED, Status.MISSING]), np.array([Outcome.OK, -1])
+    fields = {"status": Field((), status, {}), "outcome": Field((), outcome, {})}
     for model in (PUMP, ConeModel()):
         name = "frequency" if model is PUMP else "voltage"
         stored = module.StoredSweep(Plan(model, {name: [0.4, 0.8]}), "limits", None, ())

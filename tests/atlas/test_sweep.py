@@ -254,7 +254,9 @@ def test_cells_that_make_no_actuator_say_why_and_change_no_other(tmp_path):
     for name in ("pitchfork_voltage", "pull_in_voltage", "onset_voltage"):
         np.testing.assert_array_equal(found[name].values[:2], good[name].values)
         assert np.isnan(found[name].values[2]).all()
-    assert show(tmp_path / "s").attrs["impossible"] == found.attrs["impossible"]
+    shown = show(tmp_path / "s")
+    assert shown.attrs["impossible"] == found.attrs["impossible"]
+    assert json.loads(shown.attrs["totals"])["failed"] == 2
     words = gelcone.in_words(found).splitlines()
     at = next(k for k, line in enumerate(words) if line.startswith("2 of 6 runs cannot be made: no actuator has"))
     assert words[at + 1] == f"  the first that cannot be made: {found.attrs['impossible']}"

@@ -223,6 +223,22 @@ def test_behind_an_ideal_source_the_current_follows_the_rate_of_the_voltage(kind
         assert height == gains[2, 1]
 
 
+@pytest.mark.parametrize("law", [{}, {"leakage_field": 0.5}])
+def test_a_constant_voltage_drives_the_leak_alone_through_a_film(law):
+    """The gain of the current at frequency 0 against differences of the currents at two rests."""
+    model = BIASED.replace(leakage_time=20.0, **law)
+    found = state_space(model, inputs=("voltage", "voltage_rate"), outputs=("current", "displacement"))
+    gain = (found.D - found.C @ np.linalg.solve(found.A, found.B))[:, 0]
+    leaks = []
+    for volts in (0.6 - 1e-4, 0.6 + 1e-4):
+        place = float(gelcone.stroke_and_blocked_force(model, volts)["displacement"].values[0])
+        members = model.replace(voltage=0.0, voltage_bias=volts).members()
+        rest = members.start_states((place, 0.0))[:, None]
+        leaks.append(float(np.ravel(members.along(members.system.currents, np.zeros((1, 1)), rest)[0])[0]))
+    assert leaks[0] > 0.01
+    assert gain[0] == pytest.approx(np.diff(leaks)[0] / 2e-4, rel=1e-5)
+
+
 def test_the_rate_of_the_voltage_is_an_input_of_an_ideal_source_alone():
     with pytest.raises(InputError, match="voltage_rate"):
         state_space(BIASED.replace(circuit=SeriesResistor(), series_resistance=0.4), inputs=("voltage_rate",))

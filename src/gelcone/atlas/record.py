@@ -148,9 +148,9 @@ def show(path: str | Path) -> xr.Dataset:
     if not fields:
         raise InputError(f"{path}: holds no cell yet; try again when its run has computed some")
     status = fields["status"].values
-    tally = Tally(
-        plan.size, computed=int((status == Status.COMPUTED).sum()), inferred=int((status == Status.INFERRED).sum())
-    )
+    computed, inferred = (status == of for of in (Status.COMPUTED, Status.INFERRED))
+    failed = computed & (fields["outcome"].values != Outcome.OK)
+    tally = Tally(plan.size, computed=int(computed.sum()), inferred=int(inferred.sum()), failed=int(failed.sum()))
     found = label(plan, find_analysis(stored.analysis), fields, None, tally, f"sweep: {stored.analysis}")
     found = with_names_of_today(found)
     return found if plan.device is None else to_si(found, plan.device)

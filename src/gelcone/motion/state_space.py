@@ -125,8 +125,8 @@ def state_space(
     device : scales the matrices to SI. Default None: dimensionless.
     voltage : the constant voltage, of films in opposite phase that on the first; in volts, or a text with a unit, with
         a device. Default: ``voltage_bias``, of a device ``voltage_offset``.
-    inputs : of ``"voltage"``, commanded, ``"force"`` on the disc, away from the film's plane, and behind an ideal
-        source ``"voltage_rate"``, the rate of the voltage, on which the current depends.
+    inputs : of ``"voltage"``, commanded, ``"force"`` on the disc, away from the film's plane, and where the film has
+        the commanded voltage ``"voltage_rate"``, the rate of the voltage, on which the current depends.
     outputs : of ``"displacement"``, ``"velocity"``, ``"film_voltage"``, ``"charge"``, ``"capacitance"`` and, behind a
         circuit that keeps the charge from jumping or with the input ``"voltage_rate"``, ``"current"``.
 
@@ -175,7 +175,8 @@ def _linearised(
     slopes = gradients(lambda z, xp: system.under(z[-1], z[:-1], n, xp).rates(), at)
     jacobian, count = np.array(slopes, dtype=float), len(system.states)
     pushed = np.eye(count)[:, 1:2]
-    if "voltage_rate" in inputs and not system.ideal:
+    passes = all(line.circuit.jumps and not getattr(line.circuit, "reduced", False) for line in system.lines)
+    if "voltage_rate" in inputs and not passes:
         raise InputError("voltage_rate: is an input of an ideal source, and here is a circuit; leave it out")
     columns = {"voltage": jacobian[:, -1:], "force": pushed, "voltage_rate": 0.0 * pushed}
     B = np.hstack([columns[name] for name in inputs])
