@@ -41,6 +41,16 @@ def test_an_envelope_of_draws_is_that_of_each():
     assert np.ptp(found["recommended_peak"].values[:, 0]) > 10.0
 
 
+def test_an_envelope_of_draws_of_films_in_opposite_phase_has_the_second_voltage_of_each():
+    """At the recommended peak, which is a margin below the highest one that was examined."""
+    films = {"second_film": "taut", "second_drive": "opposite", "second_flat_height": 1.2, "rest_height": 0.6}
+    model = gelcone.ConeModel(**films, voltage=0.1, voltage_bias=0.3, damping_ratio=0.5)
+    axes, draws = {"frequencies": [0.6, 0.8], "peaks": [0.1, 0.2]}, {"spring_stiffness": np.array([0.9, 1.1])}
+    found = gelcone.over_draws(model, draws, "envelope", margin=0.3, **axes)
+    np.testing.assert_allclose(found["recommended_constant"], 0.7 * 0.2)
+    np.testing.assert_allclose(found["recommended_second_voltage"], 0.7 * 0.2 * abs(2.0 * 0.3 / 0.4 - 1.0))
+
+
 def test_a_frequency_response_of_draws_is_that_of_each():
     """Of a damped pump, whose motion settles soon."""
     hertz, pump = [9.0, 11.0, 12.0], PUMP.replace(damping_coefficient=0.03)

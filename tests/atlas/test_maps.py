@@ -72,6 +72,15 @@ def test_a_map_may_hold_the_power_and_the_margin_of_each_cell():
         map(device, over, also="size")
 
 
+def test_cells_that_make_no_actuator_leave_the_others_their_margin(monkeypatch):
+    """A permittivity of which all follows late is none."""
+    record(monkeypatch, module, jump_voltages=lambda part: (np.full(part.size, 0.8), None))
+    model = FAST.replace(dielectric_share=0.3, dielectric_time=2.0)
+    plan = Plan(model, {"voltage": [0.1, 0.2], "dielectric_share": [0.3, 1.0]})
+    margin = module.with_quantity(xr.Dataset(), plan, "margin")["margin"]
+    np.testing.assert_allclose(margin, [[0.875, np.nan], [0.75, np.nan]])
+
+
 @pytest.mark.parametrize("of_device", [False, True])
 def test_the_power_is_that_of_the_motions_of_the_map(monkeypatch, of_device):
     """With the options of the map that the settled motion takes, in the model's units both times."""

@@ -379,6 +379,14 @@ def test_branches_reach_a_fifth_beyond_the_highest_voltage_and_half_beyond_the_l
     assert module._branch_limit([Balance(0.0)], 0.0 * levels, [[]], np.array([0.0])) == 1e-3
 
 
+def test_branches_reach_beyond_a_pitchfork_at_a_low_voltage():
+    """A weak spring holds the flat film up to its square root."""
+    found = gelcone.static(ConeModel(spring_stiffness=0.04), [0.0])
+    assert float(found["pitchfork_voltage"]) == pytest.approx(0.2)
+    assert float(found["branch_voltage"].max()) == pytest.approx(0.3, rel=1e-3)
+    assert (abs(found["branch_displacement"].values[found["branch_voltage"].values > 0.25]) > 0.1).any()
+
+
 def test_what_fails_at_equilibria_is_what_fails_of_the_films_there(monkeypatch):
     """A disc has pulled in beyond the displacement and above the voltage at which a ramp jumps."""
     levels, place = np.array([0.4, 0.6]), np.array([[[0.2, np.nan], [0.7, 0.3]]] * 3)

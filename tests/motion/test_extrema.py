@@ -88,6 +88,14 @@ def test_a_start_at_rest_is_no_turning_point_but_an_exact_zero_later_is():
     np.testing.assert_allclose(abs(result.displacement), 1e-3, rtol=1e-11)
 
 
+def test_a_disc_that_rises_from_a_standstill_turns_at_the_top_first():
+    free = ConeModel(damping_ratio=0.0, voltage=0.0, spring_stiffness=1.0, rest_height=0.5, drive_frequency=1.0)
+    result = extrema(free, (0.05, 0.0), repeats=4, discard=0)
+    assert result.maximum.values[:4].tolist() == [1, -1, 1, -1]
+    assert result.time[0] > 1.0
+    np.testing.assert_allclose(result.displacement[1::2], 0.05, atol=1e-11)
+
+
 def test_rest_has_no_extrema():
     result = extrema(ConeModel(damping_ratio=0.5, voltage=0.0), (0.0, 0.0), repeats=5, discard=0)
     assert int(result["count"]) == 0

@@ -228,3 +228,13 @@ def test_there_is_no_linear_response_about_an_unstable_equilibrium(monkeypatch):
     assert np.isfinite(found.harmonics[:, 0, 0]).tolist() == [True, False, False]
     harmonic = np.abs(found.harmonics[0, :, 0])
     assert found.stroke[0, 0] == pytest.approx(2.0 * harmonic[0], rel=2.0 * harmonic[1] / harmonic[0])
+
+
+@pytest.mark.parametrize("more", [{"current_limit": 0.1}, {"current_limit": 0.1, "leakage_field": 0.4}, {}])
+def test_a_bias_of_either_sign_has_one_response_through_a_limited_source(more):
+    """A leaking film rests below its command, with a current within the limit."""
+    given = {"rest_height": 0.8, "hoop_prestretch": 1.4, "damping_ratio": 0.25, "voltage": 0.02}
+    model = ConeModel(**given, series_resistance=3.0, leakage_time=12.0, **more)
+    up, down = (linear_response(model.replace(voltage_bias=bias), np.array([0.5, 1.0])) for bias in (0.5, -0.5))
+    assert (up.stroke > 1e-3).all()
+    np.testing.assert_allclose(down.stroke, up.stroke, rtol=1e-9)

@@ -87,6 +87,17 @@ def test_errors_bound_what_errors_of_the_maps_change():
     assert (off < 3.0 * found.error).mean() > 0.97
 
 
+@pytest.mark.parametrize("n", [1, 8, 40])
+def test_an_error_that_all_maps_share_adds_up_around_the_ring(n):
+    """Maps that are all too large by their error multiply the largest multiplier by (1 + error)^n."""
+    tolerance, maps = 1e-9, np.tile(np.diag([0.9, 0.3, 0.1]), (1, n, 1, 1))
+    found = multipliers_of_rings(maps, np.ones(3), tolerance)
+    other = multipliers_of_rings(maps * (1.0 + tolerance), np.ones(3), tolerance)
+    off = other.log_modulus[0, 0] - found.log_modulus[0, 0]
+    assert off == pytest.approx(n * tolerance, rel=1e-4)
+    assert off <= 1.001 * found.error[0, 0]
+
+
 def logs(maps, log_determinant, tolerance=1e-15):
     return log_multipliers(maps, scaled_product(maps), np.atleast_1d(log_determinant), tolerance)
 

@@ -260,3 +260,14 @@ def test_small_multipliers_of_an_orbit_with_a_circuit_are_those_of_its_cycle():
     found = shooting.multipliers(shooting.run(nodes, [0.5]).tangents, [0.5])
     np.testing.assert_allclose(np.log(np.abs(found)) / period, cycle.exponents[0], rtol=1e-7)
     assert found[3].real == pytest.approx(np.exp(-50.0 * period), rel=1e-5)
+
+
+def test_an_orbit_is_outside_of_the_stretch_limit_where_either_side_of_it_is():
+    members = ConeModel(voltage=0.5, rest_height=0.4).members()
+    shooting = shooting_of(members, Kind(1))
+    nodes = np.tile([0.1, 0.0], (shooting.count, 1))
+    reach = float(members.system.film.reach(members.numbers_at(0))[1])
+    for farthest, inside in ((0.99 * reach, True), (1.01 * reach, False)):
+        for sign in (1.0, -1.0):
+            nodes[1, 0] = sign * farthest
+            assert shooting.inside(nodes, (0.5,)) is inside

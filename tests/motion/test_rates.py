@@ -141,3 +141,18 @@ def test_the_drive_as_a_function_is_the_drive(kind):
 
     for t in (0.0, 0.013, 0.037):
         np.testing.assert_allclose(f(t, y, voltage=voltage), f(t, y), rtol=1e-8, atol=1e-9)
+
+
+def test_a_voltage_that_a_resistance_takes_the_rate_of_is_asked_for_no_time_before_the_start():
+    """The rate of a straight line is exact from the start on."""
+    own = device("reduced")
+    f, asked = gelcone.rates(own), []
+
+    def line(t):
+        asked.append(t)
+        return 300.0 + 2e4 * t
+
+    y = f.start + np.array([1e-4, 0.2])
+    found = f(0.0, y, voltage=line)
+    assert min(asked) == 0.0 < max(asked)
+    np.testing.assert_allclose(found, f(1e-9, y, voltage=line), rtol=1e-6)

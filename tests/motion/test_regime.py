@@ -368,3 +368,9 @@ def test_no_start_next_to_a_doubling_is_called_chaotic():
     assert (int(found["regime"]), int(found["period"]), float(found["share_chaotic"])) == (Regime.PERIODIC, 32, 0.0)
     assert np.isnan(found["lifetime"])
     assert Regime.CHAOTIC not in found["fate_regime"].values
+
+
+def test_rest_has_no_period_with_or_without_damping():
+    for damping in (0.0, 0.1):
+        found = regime(ConeModel(spring_stiffness=0.5, damping_ratio=damping, voltage=0.3), (0.0, 0.0))
+        assert (Regime(int(found["regime"])).label, int(found["period"])) == ("rest", 0)

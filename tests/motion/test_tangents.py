@@ -161,6 +161,16 @@ def test_advance_gives_three_exponents_also_over_long_stretches(three_states):
         np.testing.assert_allclose(trace, -3.04 * 20.0 / per_repeat, rtol=1e-12)
 
 
+def test_the_error_of_a_run_is_the_largest_of_all_its_stretches(three_states):
+    """An early part with maps of 1e-6 is not made good by a later one with maps of 1e-9."""
+    clock, run = Clock(32, 32, np.full(2, 20.0), np.ones(2)), TangentRun.at(np.zeros((2, 3)))
+    advance(three_states(2), run, clock, 64, tolerance=1e-6)
+    early = run.error.copy()
+    assert (early > 5e-7).all()
+    advance(three_states(2), run, clock, 64, tolerance=1e-9)
+    np.testing.assert_array_equal(run.error, early)
+
+
 def test_newton_steps_to_the_fixed_point_of_three_states(three_states):
     first, second = orbit.newton(three_states(1), np.zeros((1, 3)), 3, 4, (1e-15, 1e-15))
     np.testing.assert_allclose(first.step[0], CENTRE, atol=1e-12)

@@ -306,3 +306,13 @@ def test_columns_are_variables_of_their_own_names_and_a_film_that_failed_has_pul
         np.testing.assert_array_equal(told[f"film_state_{kind}"][1], columns[:, len(SHARES) + 1 + k], kind)
     failed = columns[:, len(SHARES) + 1 + kinds.index(module.FAILED)] if module.FAILED in kinds else np.zeros(3)
     np.testing.assert_array_equal(told["validity_pulled_in"][1], [failed[0], 1.0, failed[2]])
+
+
+def test_a_pair_of_films_has_pulled_in_for_the_longer_share_of_its_films():
+    films = {"film": "wrinkling", "second_film": "wrinkling", "second_flat_height": 0.8, "second_drive": "opposite"}
+    system = ConeModel(**films, pull_in="memoryless").system
+    found, first = np.zeros((2, unknown(2).shape[1])), len(SHARES) + 1
+    for row, place in enumerate((0, module.MOST_KINDS)):
+        found[row, first + place + system.films[0].kinds.index(module.FAILED)] = 0.3
+    told = validity_variables(found, np.zeros(2, dtype=np.int8), system)
+    assert told["validity_pulled_in"][1].tolist() == [0.3, 0.3]

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from gelcone.motion.attractor import cycle
+from gelcone.motion.extent import extent
 from gelcone.motion.regime import regime
 from gelcone.motion.settle import repeats_lasting, settle
 from gelcone.physics.model import ConeModel
@@ -77,3 +78,21 @@ def test_a_cycle_far_from_the_motion_is_not_its_own():
     closer = cycle.find_cycles(model, np.array([[0.5 * cycle.NEAR * cycle.SMALLEST_SIZE, 0.0]]), np.array([1]))
     assert closer.found[0]
     assert not closer.attracting[0]  # near, but not arrived
+
+
+def test_the_extremes_of_a_slow_drive_are_sampled_within_every_oscillation(monkeypatch):
+    """However many forcing periods are examined, oscillations of period 2 pi / `rate` have 8 samples or more."""
+    spacings = []
+
+    def seen(members, times, states, **flow):
+        spacings.append(float(np.diff(times).max()))
+        return extent(members, times, states, **flow)
+
+    monkeypatch.setattr(cycle, "extent", seen)
+    model = ConeModel(spring_stiffness=1.0, damping_ratio=0.1, drive_frequency=0.02, voltage=0.5).members()
+    for periods in (1, 3):
+        motion = cycle.sampled(model, np.array([[0.5, 0.0]]), periods, 32)
+        lowest, highest = cycle.extremes(model, np.array([[0.5, 0.0]]), periods, motion)
+        assert -0.5 < lowest[0] < 0.0
+        assert highest[0] == 0.5
+        assert spacings[-1] <= 2.0 * np.pi / model.rate[0] / 8.0

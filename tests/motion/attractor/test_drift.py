@@ -105,3 +105,13 @@ def test_a_member_drifts_alike_in_any_company():
     every, alone = drifted(together, starts, period), drifted(together.take([1]), starts[1:2], period[:1])
     np.testing.assert_array_equal([*alone.point[0], alone.time[0]], [*every.point[1], every.time[1]])
     np.testing.assert_array_equal(alone.course[0], every.course[1, : alone.course.shape[1]])
+
+
+def test_a_drift_takes_the_time_that_its_motion_takes():
+    """Integrated for that time the motion is where the drift ends; a tenth of it is not enough."""
+    model = ConeModel(**SOFTENS, voltage_bias=0.66).members()
+    start = model.start_states((0.0, 0.0))
+    drift = drifted(model, start, np.ones(1, dtype=int))
+    run = integrate(model, start, drift.time[:, None] * [0.1, 1.0])
+    off = np.abs(run.states[0] - drift.point).max(axis=1)
+    assert off[1] < 1e-4 < 1e-2 < off[0]

@@ -145,6 +145,14 @@ def test_numbers_that_nothing_takes_are_not_among_those_used():
     assert not set(more.switches) & more.used
 
 
+def test_numbers_that_outputs_alone_take_are_among_those_used():
+    """A leak behind no resistance moves nothing; a current takes its time."""
+    system = gelcone.ConeModel(rest_height=0.4, leakage_time=2.0).system
+    assert "leakage_time" not in portable(system, lambda *_: {}, 1e-6).used
+    text = portable(system, lambda time, z, n, xp: {"leak": (system.leaks(time, z, n, xp)[0], None)}, 1e-6)
+    assert "leakage_time" in text.used
+
+
 @pytest.mark.parametrize("model", [TAUT, LAWS], ids=["taut", "laws"])
 def test_a_run_of_one_member_is_that_of_a_program(model):
     system, n = model.system, model.members().numbers()

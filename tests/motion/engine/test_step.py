@@ -241,6 +241,26 @@ def test_the_first_of_the_zeros_of_random_polynomials_ends_the_step(inside):
     np.testing.assert_allclose(crossed(terms, inside=inside), right, rtol=1e-8)
 
 
+@pytest.mark.parametrize("place", [1, 2, 3])
+def test_a_short_dip_of_a_border_anywhere_in_a_step_is_found(place):
+    """Quartics whose only negative Bernstein coefficient is one; NumPy finds the zeros."""
+    terms, right = [], []
+    for depth in (0.5, 0.9, 1.0, 1.1, 2.0):
+        heights = [0.01 if k == 2 else 1.0 for k in range(5)]
+        heights[place] = -depth
+        terms.append(
+            [
+                math.comb(4, i) * sum((-1.0) ** (i - k) * math.comb(i, k) * heights[k] for k in range(i + 1))
+                for i in range(5)
+            ]
+        )
+        zeros = np.roots(terms[-1][::-1])
+        real = zeros[(abs(zeros.imag) < 1e-9) & (zeros.real > 0.0) & (zeros.real < 1.0)].real
+        right.append(real.min() if real.size else np.inf)
+    assert np.isfinite(right).any()
+    np.testing.assert_allclose(crossed(terms, inside=True), right, rtol=1e-8)
+
+
 def test_a_member_on_the_wrong_side_of_a_border_crosses_it_at_once_and_else_where_it_comes_back():
     terms = np.array([[-0.5, 1.0, 0.0], [-0.25, 2.0, -2.0]])
     np.testing.assert_array_equal(crossed(terms, inside=True), [0.0, 0.0])
