@@ -281,3 +281,13 @@ def test_the_first_film_to_meet_a_limit_counts_while_a_voltage_is_held_too(flat)
     )
     assert abs(first - second) > 0.01
     assert found[0] == pytest.approx(min(first, second), rel=1e-4)
+
+
+def test_limits_above_a_begin_are_searched_from_there_up(monkeypatch):
+    """Between 1.2 and 2.0 all assumptions hold."""
+
+    def excess(plane, members, motion, voltages):
+        return np.tile(np.abs(voltages[0] - 1.6) - 0.4, (len(static_limits._FAILING), 1, 1))
+
+    monkeypatch.setattr(static_limits, "_violations", excess)
+    np.testing.assert_allclose(static_limits._met(straight(TAUT), 10.0, 1.5), 2.0, rtol=1e-8)

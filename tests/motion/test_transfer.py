@@ -201,7 +201,10 @@ def test_transfer_functions_hold_what_theory_and_measurement_gave(monkeypatch):
         model, omega, bias=-0.5, amplitudes=[0.2, 0.1], tolerance=2e-9, threads=5, progress=shares.append
     )
     (of_space,), (natural,), (signals,) = asked["state_space"], asked["natural_frequency"], asked["_measured"]
-    assert (float(of_space["model"].voltage_bias), of_space["outputs"]) == (-0.5, ("displacement", "charge", "leak"))
+    assert (float(of_space["model"].voltage_bias), of_space["outputs"]) == (
+        -0.5,
+        ("displacement", "source_charge", "source_leak"),
+    )
     assert natural["displacement"] == 0.75
     assert natural["voltage"] == 0.5  # commanded, whatever leaks behind the resistance
     assert (signals["signals"].tolist(), signals["progress"]) == ([0.1, 0.2], shares.append)
@@ -295,3 +298,17 @@ def test_a_motion_of_odd_multiples_of_half_the_drive_has_no_gain(monkeypatch):
     x, current = transfer_module._fundamentals(members, path[:, -1], 2)
     assert np.isnan(x).all()
     assert np.abs(current).min() > 0.1
+
+
+@pytest.mark.parametrize("circuit", [{}, {"leakage_time": 5.0}, {"series_resistance": 0.3, "leakage_time": 5.0}])
+def test_one_source_charges_both_films_of_a_double_cone(circuit):
+    """Midway between two flat heights 1.2 apart the disc stays: 1 + 0.6^2 for each film."""
+    pair = {"second_film": "taut", "second_drive": "same", "second_flat_height": 1.2, "rest_height": 0.6}
+    model = ConeModel(**pair, **circuit, voltage_bias=0.4, damping_ratio=0.3)
+    middle = gelcone.transfer(model, [0.5, 1.0], amplitudes=0.0)
+    rate = np.array([0.5j, 1.0j]) + (0.2 if "leakage_time" in circuit else 0.0)
+    expected = 2.72 * rate / (1.0 + circuit.get("series_resistance", 0.0) * 2.72 * rate)
+    np.testing.assert_allclose(middle["admittance"], abs(expected), rtol=1e-9)
+    moving = gelcone.transfer(model.replace(rest_height=0.9, spring_stiffness=2.0), [0.5, 1.0], amplitudes=1e-4)
+    np.testing.assert_allclose(moving["measured_admittance"][0], moving["admittance"], rtol=1e-6)
+    assert moving["gain"].min() > 0.01

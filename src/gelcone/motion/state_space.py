@@ -33,8 +33,11 @@ OUTPUTS: Mapping[str, str] = {
     "capacitance": "capacitance",
     "current": "current",
     "leak": "current",
+    "source_charge": "charge",
+    "source_leak": "current",
 }
-"""Outputs of a linear model -> quantity; the electric ones are those of the first film."""
+"""Outputs of a linear model -> quantity; the electric ones are those of the first film, or of the films of the first
+source."""
 INPUTS: Mapping[str, str] = {"voltage": "voltage", "force": "force", "voltage_rate": "slew rate"}
 PASSED = 1e-12
 """Feed-through of the charge, as a share of its largest derivative, below which it is rounding."""
@@ -222,6 +225,10 @@ def _output_rows(
             found["charge"] = moment.stored(system.lines[0]) if delays else v * found["capacitance"]
         if "leak" in wanted:
             found["leak"] = moment.leaks()[0]
+        if "source_charge" in wanted:
+            found["source_charge"] = moment.stored(system.lines[0])
+        if "source_leak" in wanted:
+            found["source_leak"] = sum(moment.leaks()[k] for k in system.lines[0].films)
         return [xp.node(found[name]) for name in rows]
 
     rows = [*("charge" if name == "current" else name for name in outputs), "leak"]

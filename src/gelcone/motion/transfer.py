@@ -116,7 +116,7 @@ def transfer(
     # in opposite phase both films have this bias
     model = model.replace(waveform="sine", voltage_bias=about)
     equilibrium_under_bias(model, about, "voltage_bias =" if bias is None else "bias =")
-    electric = ("charge", "leak") if all(film.film.traced_charge for film in model.system.films) else ()
+    electric = ("source_charge", "source_leak") if all(film.film.traced_charge for film in model.system.films) else ()
     space = state_space(model, outputs=("displacement", *electric))
     natural = float(natural_frequency(model, abs(about), space.place))
     omega = natural * np.geomspace(LOWEST, HIGHEST, POINTS) if frequencies is None else _frequencies(frequencies)

@@ -1,6 +1,7 @@
 """The back end: any number of states, equal systems share a program, and heyoka as the second integrator agrees."""
 
 from dataclasses import dataclass
+from types import SimpleNamespace
 
 import heyoka_backend as heyoka
 import numpy as np
@@ -10,6 +11,7 @@ from scipy.integrate import solve_ivp
 from gelcone.codes import FilmPullIn, Outcome, Regime
 from gelcone.errors import InputError
 from gelcone.motion.engine import backend
+from gelcone.motion.engine.plan import NOT_FINITE
 from gelcone.motion.flow import integrate
 from gelcone.motion.job import KEEPS
 from gelcone.motion.regime import regime
@@ -402,3 +404,12 @@ def test_the_shortest_step_shrinks_with_the_time_scale_of_stiff_members_and_is_n
     assert backend.smallest_step(creeping)[0] == pytest.approx(
         2e-8 * backend.RUNAWAY * min(1.0, 10.0 / creeping.rate[0])
     )
+
+
+def test_infinite_deviations_are_those_of_a_motion_away_from_its_stretch_limit():
+    """Steps that became shorter than the least one came near the limit."""
+    members, away = ConeModel(damping_ratio=[0.1, 0.1]).members(), np.zeros(2, dtype=bool)
+    raw = SimpleNamespace(status=np.full(2, NOT_FINITE), smallest_step=np.array([1e-3, 1e-12]))
+    for keep, first in (("tangents", Outcome.NOT_FINITE), ("states", Outcome.STRETCH_LIMIT)):
+        found = backend._outcomes(SimpleNamespace(keep=keep), members, raw, np.full(2, -1), np.full(2, 1e-9), away)
+        assert found.tolist() == [first, Outcome.STRETCH_LIMIT]
