@@ -1,11 +1,11 @@
-// The gallery, captions and films.
+// Captions, composed pictures and films.
 import assert from "node:assert/strict";
 import test from "node:test";
 import { LIGHT, browser, texts } from "./page.js";
 
 browser();
 const from = (name) => import(`../../../src/gelcone/studio/static/${name}.js`);
-const { arranged, broken, caption, composed, filmed } = await from("film"), { Gallery } = await from("gallery");
+const { caption, broken, arranged, composed, filmed } = await from("film");
 
 test("a caption names what is shown, its kind, its numbers in order and what was changed", () => {
   const numbers = new Map([["lag", { name: "lag", place: 2, text: "7°" }], ["stroke", { name: "stroke", place: 0, text: "-15 um" }]]);
@@ -43,67 +43,6 @@ test("a composed picture holds all pictures and its caption", () => {
   assert.equal(filmed({ canvas, draw() {} }, 1, () => {}), null); // no recorder here
 });
 
-// --- the gallery -----------------------------------------------------------------------------------------------------
-
-function gallery() {
-  const asked = [], chosen = [], dialog = document.getElementById("gallery");
-  const own = new Gallery(dialog, { ask: (kind, content) => asked.push([kind, content]), choose: (what) => chosen.push(what) });
-  own.show({ devices: ["pump", "cone"], presets: { base: "the base set" } });
-  return { own, asked, chosen, dialog };
-}
-const ABOUT = { disc: 8, rim: 30, second: null, bias: "spring", name: "a pump" };
-const arrays = () => ({ t: Float32Array.of(0, 10, 20), x: Float32Array.of(0, 5, 0), film: Uint8Array.of(0, 0, 0) });
-
-test("pictures are asked for one after the other, and what fails says so", () => {
-  const { own, asked } = gallery();
-  assert.deepEqual(asked, [["glance", { setting: { device: "pump" } }]]);
-  assert.equal(own.message({ kind: "glance", id: 99, words: {}, about: ABOUT }, arrays()), true); // of no one
-  assert.equal(asked.length, 1);
-  assert.equal(own.message({ kind: "glance", id: 1, words: { period: 5 }, about: ABOUT }, arrays()), true);
-  assert.equal(own.failed({ id: 7, message: "elsewhere" }), false);
-  assert.equal(own.failed({ id: 2, message: "no such cone" }), true);
-  assert.deepEqual(asked.slice(1), [["glance", { setting: { device: "cone" } }], ["glance", { setting: { preset: "base" } }]]);
-  assert.deepEqual(own.tiles.map(({ note }) => note.textContent), ["a pump", "no such cone", "the base set"]);
-  assert.deepEqual([own.tiles[0].look.low, own.tiles[0].look.high], [0, 5]);
-  assert.deepEqual(own.tiles.map(({ box }) => [box.querySelector("canvas").getAttribute("aria-label"), box.querySelector("b").textContent]), ["pump", "cone", "base"].map((name) => [`${name}, moving`, name]));
-  own.turn();
-  assert.ok(own.tiles[0].cone.context.calls.some((c) => c.name === "ellipse"));
-  assert.ok(!own.tiles[1].cone.context.calls.some((c) => c.name === "ellipse"));
-  assert.equal(own.message({ kind: "response", id: 3 }, {}), false);
-});
-
-test("a drive period lasts two seconds in the gallery, and its pictures begin anew at their end", () => {
-  const { own } = gallery(), drawn = [];
-  own.message({ kind: "glance", id: 1, words: { period: 10 }, about: ABOUT }, { ...arrays(), x: Float32Array.of(0, 5, 1) });
-  own.tiles[0].cone.draw = ([side]) => drawn.push(side.height);
-  for (const [seconds, height] of [[0, 0], [1, 2.5], [2, 5], [3, 3], [4, 0], [5, 2.5]]) {
-    globalThis.performance.now = () => 1000 * seconds;
-    own.turn();
-    assert.ok(Math.abs(drawn.at(-1) - height) < 1e-6, `${seconds} s`);
-  }
-  own.stop();
-});
-
-test("of two films each is shown in its own state and field", () => {
-  const { own } = gallery(), drawn = [], films = { film1: Uint8Array.of(1, 1, 1), film2: Uint8Array.of(2, 2, 2), field1: Float32Array.of(0.2, 0.2, 0.2), field2: Float32Array.of(0.5, 0.5, 0.5) };
-  own.message({ kind: "glance", id: 1, words: { period: 5 }, about: ABOUT }, { ...arrays(), ...films });
-  own.tiles[0].cone.draw = ([side]) => drawn.push([side.films, side.field.map((value) => value.toFixed(1))]);
-  own.turn();
-  own.stop();
-  assert.deepEqual(drawn, [[[1, 2], ["0.2", "0.5"]]]);
-});
-
-test("a click chooses and closes, and a closed gallery asks and draws no more", () => {
-  const { own, asked, chosen, dialog } = gallery();
-  own.tiles[2].box.onclick();
-  assert.deepEqual([chosen, dialog.open], [[{ preset: "base" }], false]);
-  own.message({ kind: "glance", id: 1, words: { period: 5 }, about: ABOUT }, arrays());
-  assert.equal(asked.length, 1);
-  const before = own.tiles[0].cone.context.calls.length;
-  own.turn();
-  assert.equal(own.tiles[0].cone.context.calls.length, before);
-});
-
 test("a film draws its pictures until its time has passed, and ends as one file; without a recorder there is none", async () => {
   const made = [], said = [], steps = [], drawn = [0];
   let now = 5000;
@@ -131,4 +70,13 @@ test("a film draws its pictures until its time has passed, and ends as one file;
   await assert.rejects(failing, /could not record/);
   Object.assign(globalThis, { setInterval: own, clearInterval: clear });
   delete globalThis.MediaRecorder;
+});
+
+test("captions, and pictures in their places", () => {
+  const numbers = new Map([["b", { name: "lag", text: "5°", place: 2 }], ["a", { name: "stroke", text: "3 mm", place: 1 }]]);
+  for (const [words, lines, kind] of [[{ ended: "pulled in", seems: "s" }, ["chaotic"], "pulled in"], [{ ended: "", seems: "seems to repeat" }, ["periodic, period 2", "more"], "periodic, period 2"], [{ ended: "", seems: "seems to repeat" }, null, "seems to repeat"]]) {
+    assert.deepEqual(caption("pump", { words, lines, numbers }, { film_thickness: "0.3 mm", film: "taut" }), [`pump: ${kind}`, "stroke 3 mm, lag 5°", "with film thickness 0.3 mm, film taut", "gelcone studio"]);
+    assert.deepEqual(caption("pump", { words, lines }, {}), [`pump: ${kind}`, "gelcone studio"]);
+  }
+  assert.deepEqual(arranged([[100, 50], [200, 80], [60, 40]]), { places: [[0, 0], [116, 0], [0, 96]], size: [316, 152] });
 });

@@ -5,11 +5,14 @@ import { LIGHT, browser, near, texts } from "./page.js";
 
 browser();
 const from = (name) => import(`../../../src/gelcone/studio/static/${name}.js`);
-const { LARGEST, readMeasured, shownOver, withMeasured } = await from("measured"), { staticsPanel, timePanel } = await from("panels");
+const { LARGEST, readMeasured, withMeasured, shownOver } = await from("measured"), { timePanel, staticsPanel } = await from("panels");
 const AXES = { time: "time (ms)", displacement: "height (mm)", velocity: "velocity (m/s)", voltage: "voltage (V)", constant: "constant voltage (V)" };
 const ABOUT = { axes: AXES, si: true, film_of: "cone" };
+
 const LOOK = { about: ABOUT, words: { ended: "", period: 20, shares: [] }, t: Float32Array.of(0, 10, 20), x: Float32Array.of(12, 14, 12), u: Float32Array.of(0, 0, 0), v: Float32Array.of(0, 100, 0), film: Uint8Array.of(0, 0, 0),
   statics: { voltage: Float32Array.of(0, 500, 1000), x: Float32Array.of(12, 13, 15), stable: Uint8Array.of(1, 1, 1), marks: {}, swing: [0, 500] } };
+
+const panel = (make, looks) => { const p = make(document.createElement("div"), { active: "a", a: LOOK, ...looks }, { time: () => null, state: () => null }); p.redraw(); return p; };
 
 test("separators, decimal commas, a byte order mark and units in either line are read", () => {
   const texts = ["time (s),height (mm)\n0.001,5\n0.002,6e0\n", "\ufefftime (s);height (mm)\n0,001;5\n0,002;6\n", "Time [ms]\tdisplacement / m\r\n1\t0.005\r\n2\t0.006\r\n", "# note\n\"time\",\"height\"\n(ms),(um)\n1,5000\n2,6000\n"];
@@ -46,8 +49,6 @@ test("200 damaged files are read or refused in one line", () => {
   }
   assert.ok(refused > 60);
 });
-
-const panel = (make, looks) => { const p = make(document.createElement("div"), { active: "a", a: LOOK, ...looks }, { time: () => null, state: () => null }); p.redraw(); return p; };
 
 test("strokes stand on the computed rest, a band between its ends, and nothing without units", () => {
   const stroke = readMeasured("s.csv", "voltage (kV),stroke (mm),stroke low (mm),stroke high (mm)\n0,0,0,0\n0.5,1,0.5,1.5\n"), heights = readMeasured("h.csv", "time (s),height (mm)\n7,12\n7.01,13.5\n");
@@ -88,4 +89,22 @@ test("a file takes the place of one of its name, and the oldest goes", () => {
   for (let k = 0; k < 8; k++) all = withMeasured(all, { name: `${k}` });
   assert.deepEqual(all.map((own) => own.name), ["2", "3", "4", "5", "6", "7"]);
   assert.equal(withMeasured(all, { name: "4" }).at(-1).name, "4");
+});
+
+test("every column of a measured file is read in every one of its units", () => {
+  const length = { m: 1e3, cm: 10, mm: 1, um: 1e-3, "µm": 1e-3, "μm": 1e-3 }, time = { s: 1e3, ms: 1, us: 1e-3, "µs": 1e-3 }, volt = { V: 1, kV: 1e3 };
+  const rows = { time: [time, "along"], t: [time, "along"], voltage: [volt, "along"], u: [volt, "along"], height: [length, "values"], displacement: [length, "values"], position: [length, "values"], stroke: [length, "values"] };
+  for (const [name, [units, part]] of Object.entries(rows)) for (const [unit, factor] of Object.entries(units)) {
+    const text = part === "along" ? `${name} (${unit}),height (mm)\n1,5\n2,6\n` : `time (ms),${name} (${unit})\n5,1\n6,2\n`, own = readMeasured("a", text);
+    assert.ok(near(own[part][0], factor, 1e-9 * factor) && near(own[part][1], 2 * factor, 1e-9 * factor), `${name} (${unit})`);
+    assert.deepEqual([own.over, own.from], [part === "along" && units === volt ? "voltage" : "time", name === "stroke" ? "stroke" : "height"]);
+  }
+  const band = readMeasured("b", "voltage (V),height (mm),height low (mm),height high (um)\n1,5,4,6000\n2,6,5,7000\n");
+  assert.deepEqual([[...band.low], [...band.high], band.volts, band.name], [[4, 5], [6, 7], null, "b"]);
+  for (const [mark, note] of [[";", "a, b"], ["\t", "a, b"], [",", "a"]]) assert.deepEqual([...readMeasured("c", ["time (ms)", "height (mm)", note].join(mark) + `\n1${mark}5${mark}x\n2${mark}6${mark}y\n`).values], [5, 6], mark);
+  for (const [text, word] of [
+    ["time (ms),height (mm)\n2,5\n1,6\n", "times go back"], ["time (V),height (mm)\n1,5\n2,6\n", "is not its unit"], ["time,height (mm)\n1,5\n2,6\n", "has no unit"], ["time (ms),time (ms)\n1,5\n2,6\n", "two columns hold time"],
+    ["time (ms),height (mm),height low (mm)\n1,5,4\n2,6,5\n", "a band needs two columns"], ["time (ms),height (mm)\n1,5\n2\n", "line 3: has 1 values, the first line 2"], ["time (ms),height (mm)\n1,5\n2,x\n", 'line 3: "x" is not a number'],
+    ["time (ms),height (mm)\n1,5\n2,1e99\n", "is too large"], ["height (mm),stroke (mm)\n1,5\n2,6\n", "needs a column time (ms) or voltage (V)"], ["time (ms)\n1\n2\n", "names one column"], ["time (ms),height (mm)\n1,5\n", "needs a line of names"], ["a\0b\n1\n2\n", "is not a text"], [" ".repeat(LARGEST + 1), "has more than 2000000 characters"],
+  ]) assert.throws(() => readMeasured("a.csv", text), (error) => error.message.startsWith("a.csv: ") && error.message.includes(word), word);
 });

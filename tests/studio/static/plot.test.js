@@ -1,11 +1,11 @@
 // Axes, scales, ticks, ranges, lines: each at its pixel.
 import assert from "node:assert/strict";
 import test from "node:test";
-import { browser, forget, near, page, path, recorder, texts, LIGHT } from "./page.js";
+import { LIGHT, browser, forget, near, page, texts } from "./page.js";
 
 browser();
-const { Plot, Range, extent, ticks } = await import("../../../src/gelcone/studio/static/plot.js");
-const { colours } = await import("../../../src/gelcone/studio/static/colours.js");
+const from = (name) => import(`../../../src/gelcone/studio/static/${name}.js`);
+const { ticks, extent, Range, Plot } = await from("plot"), { colours } = await from("colours"), { plain } = await from("controls");
 
 function plot(options = {}) {
   const host = document.createElement("div");
@@ -178,4 +178,32 @@ test("the place under the pointer is read in the units of the axes, also of a lo
   assert.equal(at(2.5, 1.5), "2.5, 1.5");
   p.axes([0, 10], [-4, 2], { yText: (v) => `10^${v}` });
   assert.equal(at(2.5, 2), "2.5, 100");
+});
+
+test("ticks are multiples of 1, 2 or 5 within their range, few enough, with the digits that they need", () => {
+  for (const [low, high, most, found] of [
+    [0, 10, 5, ["0", "2", "4", "6", "8", "10"]], [0, 1, 4, ["0.0", "0.5", "1.0"]], [-1, 1, 4, ["−1.0", "−0.5", "0.0", "0.5", "1.0"]], [0, 100, 10, ["0", "10", "20", "30", "40", "50", "60", "70", "80", "90", "100"]],
+    [3, 3.05, 2, ["3.00", "3.05"]], [0, 0.0002, 2, ["0", "1e−4", "2e−4"]], [0, 300000, 3, ["0", "1.0e+5", "2.0e+5", "3.0e+5"]],
+  ]) assert.deepEqual(ticks(low, high, most).map(([, text]) => text), found, `${low} ${high}`);
+  for (const [v, text] of ticks(-3.3, 7.1, 6)) assert.ok(v >= -3.3 && v <= 7.1 && near(Number(plain(text)), v, 1e-9));
+  assert.deepEqual([extent([3, NaN, 1], [], [7]), extent([])], [[1, 7], [Infinity, -Infinity]]);
+});
+
+test("what is drawn on a plot is inside it, in its own style", () => {
+  browser();
+  const host = document.createElement("div"), plot = new Plot(host, {}), g = plot.context;
+  plot.axes([0, 10], [0, 5], { xLabel: "time", yLabel: "height" });
+  assert.deepEqual([plot.X(0), plot.X(10), plot.Y(0), plot.Y(5)], [56, 620, 446, 8]);
+  assert.deepEqual([plot.toX(56), plot.toX(620), plot.toY(446), plot.toY(8)], [0, 10, 0, 5]);
+  assert.ok(texts(g).includes("time") && texts(g).includes("height"));
+  g.calls.length = 0;
+  plot.line([0, 5, NaN, 10], [0, 5, 1, 0], { colour: "#123456", width: 2, alpha: 0.5, dash: [3, 1] });
+  const drawn = g.calls.filter((c) => ["moveTo", "lineTo"].includes(c.name));
+  assert.deepEqual(drawn.map((c) => [c.name, ...c.args]), [["moveTo", 56, 446], ["lineTo", 338, 8], ["moveTo", 620, 446]]);
+  assert.deepEqual([drawn[0].strokeStyle, drawn[0].lineWidth, drawn[0].globalAlpha, drawn[0].dash], ["#123456", 2, 0.5, [3, 1]]);
+  assert.deepEqual(g.calls.filter((c) => c.name === "rect").map((c) => c.args), [[56, 7, 564, 440]]);
+  g.calls.length = 0;
+  plot.label("word", 5, 6, { colour: "#654321", align: "right", bold: true });
+  const [word] = g.calls.filter((c) => c.name === "fillText");
+  assert.deepEqual([word.args, word.fillStyle, word.textAlign ?? g.textAlign, word.font.startsWith("600 ")], [["word", 5, 6], "#654321", "right", true]);
 });

@@ -1,7 +1,9 @@
 // Profiles between the entries of a table.
-import assert from "node:assert";
+import assert from "node:assert/strict";
 import test from "node:test";
-import { add, profile } from "../../../src/gelcone/studio/static/profiles.js";
+
+const from = (name) => import(`../../../src/gelcone/studio/static/${name}.js`);
+const { add, profile } = await from("profiles");
 
 // two heights, shares 0 and .5, rings disc, middle, rim
 const flat = (value) => Array(2).fill(value).flat();
@@ -44,4 +46,14 @@ test("tables are held until there are too many, and then the oldest goes", () =>
   const table = { height: [0, 10], top: [100, 200], radius: [5, 5], rise: [1, 1], stretch: [1, 1], wrinkled: [0, 0] };
   for (let k = 0; k < 33; k++) add({ name: `more ${k}`, shares: [0], rings: 1 }, table);
   assert.deepStrictEqual([0, 1, 31, 32].map((k) => profile(`more ${k}`, 5, 0) !== null), [false, true, true, true]);
+});
+
+test("profiles between heights and voltages, by hand", () => {
+  const flat = (values) => Float32Array.from(values);
+  add({ name: "made", shares: [0, 1], rings: 2 }, { height: flat([0, 10]), top: flat([100, 200]), radius: flat([1, 2, 3, 4, 5, 6, 7, 8]), rise: flat([0, 0, 0, 0, 1, 1, 1, 1]), stretch: flat([1, 1, 2, 2, 3, 3, 4, 4]), wrinkled: flat([0, 1, 0, 1, 1, 1, 1, 1]) });
+  for (const [height, voltage, radius, rise, stretch, wrinkled] of [[0, 0, 1, 0, 1, false], [0, 100, 3, 0, 2, false], [10, 0, 5, 1, 3, true], [10, 200, 7, 1, 4, true], [5, 0, 3, 0.5, 2, false], [10, 100, 5.5, 1, 3.25, true], [-10, 0, 5, 1, 3, true]]) {
+    const [first] = profile("made", height, voltage);
+    assert.deepEqual([first.radius, first.rise, first.stretch, first.wrinkled], [radius, rise, stretch, wrinkled], `${height} ${voltage}`);
+  }
+  assert.deepEqual([profile("made", 0, 101), profile("other", 0, 0), profile("made", NaN, 0)], [null, null, null]);
 });
