@@ -85,7 +85,7 @@ def test_states_of_the_film_have_the_same_numbers_on_both_sides():
 
 
 def test_kinds_of_motion_have_the_same_numbers_on_both_sides():
-    settled = re.search(r"wanders = !\[([\d, ]+)\]", source("main"))[1]
+    settled = re.search(r"wanders = !\[([\d, ]+)\]", source("looks"))[1]
     assert [int(number) for number in settled.split(",")] == [Regime.REST, Regime.PERIODIC]
     assert f"code === {int(Regime.CHAOTIC)} ? 0.75" in source("sweep")
 

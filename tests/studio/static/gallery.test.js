@@ -44,7 +44,6 @@ test("a drive period lasts two seconds in the gallery, and its pictures begin an
     own.turn();
     assert.ok(Math.abs(drawn.at(-1) - height) < 1e-6, `${seconds} s`);
   }
-  own.stop();
 });
 
 test("of two films each is shown in its own state and field", () => {
@@ -52,7 +51,6 @@ test("of two films each is shown in its own state and field", () => {
   own.message({ kind: "glance", id: 1, words: { period: 5 }, about: ABOUT }, { ...arrays(), ...films });
   own.tiles[0].cone.draw = ([side]) => drawn.push([side.films, side.field.map((value) => value.toFixed(1))]);
   own.turn();
-  own.stop();
   assert.deepEqual(drawn, [[[1, 2], ["0.2", "0.5"]]]);
 });
 

@@ -13,12 +13,12 @@ function plot(options = {}) {
 }
 
 test("a place on the screen and its value belong together both ways", () => {
-  const p = plot({ left: 50, bottom: 30, top: 10, right: 20 });
+  const p = plot({ top: 10 });
   for (const part of [{}, { from: 0.5 }, { to: 0.4 }, { from: 0.25, to: 0.75 }]) {
     p.axes([-3, 7], [100, 400], part);
-    const inner = 480 - 30 - 10, top = 10 + (part.from ?? 0) * inner, bottom = 10 + (part.to ?? 1) * inner;
-    assert.deepEqual([p.left, p.right, p.top, p.bottom], [50, 620, top, bottom]);
-    assert.ok(near(p.X(-3), 50) && near(p.X(7), 620));
+    const inner = 480 - 34 - 10, top = 10 + (part.from ?? 0) * inner, bottom = 10 + (part.to ?? 1) * inner;
+    assert.deepEqual([p.left, p.right, p.top, p.bottom], [56, 620, top, bottom]);
+    assert.ok(near(p.X(-3), 56) && near(p.X(7), 620));
     assert.ok(near(p.Y(100), bottom) && near(p.Y(400), top));
     for (const v of [-3, 0, 2.5, 7]) assert.ok(near(p.toX(p.X(v)), v));
     for (const v of [100, 217, 400]) assert.ok(near(p.toY(p.Y(v)), v));

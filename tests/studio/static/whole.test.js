@@ -336,3 +336,16 @@ test("an address of two settings asks for both, and for the controls of the one 
     assert.deepEqual([$("sides").hidden, $(`side-${side}`).getAttribute("aria-pressed"), $("subject").value], [false, "true", side === "a" ? "device:biased-pump" : "device:soft-film"]);
   }
 });
+
+test("the colours of the film are named as before once a lost connection has come back", async () => {
+  const { $, answer } = await open(), names = () => $("film-legend").querySelectorAll("li").map((li) => li.textContent);
+  answer();
+  const before = names(), [socket] = Socket.all;
+  assert.deepEqual(before, ["film taut"]);
+  socket.close(); wait(300);
+  const again = Socket.all.at(-1);
+  again.open(); again.give(HELLO);
+  const { id, side } = again.last;
+  again.give({ kind: "response", id, side, about: ABOUT, words: { seems: "seems to repeat", ended: "", period: 100, shares: [{ code: 0, share: 1 }] } }, RUN());
+  assert.deepEqual(names(), before);
+});

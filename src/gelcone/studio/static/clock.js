@@ -23,6 +23,9 @@ export class Clock {
     this.play.setAttribute("aria-label", this.playing ? "Pause" : "Play");
   }
 
+  // Goes back to the begin of the run.
+  restart(playing) { this.at = 0; this.playing = playing; this.button(); }
+
   // Pauses at a time of the run.
   goTo(time) {
     this.playing = false; this.button();
@@ -79,7 +82,7 @@ export class Clock {
   time() { return this.look()?.t ? this.at : null; }
 
   // The state of a look at the time shown, interpolated, with state, thickness and field of each film; null after the end
-// of the run.
+  // of the run.
   state(look) {
     if (!look.t) return null;
     const scene = this.scene(look), [k, f] = placeAt(scene, this.at), next = Math.min(k + 1, scene.t.length - 1);

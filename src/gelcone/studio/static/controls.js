@@ -1,4 +1,6 @@
 // The controls of a setting, from the server's list: slider, number with unit, reset and lock, or a choice.
+import { marked, turned } from "./tabs.js";
+
 /**
  * A control as the server describes it.
  * @typedef {{name: string, label: string, group: string, kind: string, value: number | string | null, about: string, unit: string,
@@ -30,6 +32,14 @@ export function make(tag, properties = {}, ...children) {
   element.append(...children);
   return element;
 }
+
+// A button that opens a sentence that has no room in its box, and closes it.
+export function opener(box) {
+  return make("button", { type: "button", className: "more", textContent: "more", "aria-expanded": "false", onclick() { this.setAttribute("aria-expanded", box.classList.toggle("whole")); } });
+}
+
+// Whether a text is cut short, having no room.
+export const short = (text) => text.scrollWidth > text.clientWidth;
 
 // Writes a text, optionally also as the title, only if it has changed: each write lays out the page.
 export function say(element, text, titled = false) {
@@ -91,13 +101,7 @@ export class Controls {
     this.groups.replaceChildren(...names.map((name) => make("button", {
       type: "button", role: "tab", textContent: name, id: `tab-${name}`, "aria-controls": "group",
       onclick: () => this.choose(name),
-      onkeydown: (event) => {
-        const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
-        if (!step) return;
-        const next = names[(names.indexOf(name) + step + names.length) % names.length];
-        this.choose(next);
-        document.getElementById(`tab-${next}`).focus();
-      },
+      onkeydown: (event) => { const tabs = [...this.groups.children]; turned(event.key, tabs.find((tab) => tab.textContent === name), tabs); },
     })));
     this.pages = Object.fromEntries(names.map((name) => [name, this.list.filter((c) => c.group === name).map((c) => this.row(c))]));
     this.choose(this.open);
@@ -105,18 +109,15 @@ export class Controls {
 
   choose(name) {
     this.open = name;
-    for (const tab of this.groups.children) {
-      const own = tab.textContent === name;
-      tab.setAttribute("aria-selected", own); tab.tabIndex = own ? 0 : -1;
-    }
+    const tabs = [...this.groups.children];
+    marked(tabs, tabs.find((tab) => tab.textContent === name));
     this.group.setAttribute("aria-labelledby", `tab-${name}`);
     this.group.replaceChildren(...(this.pages[name] ?? []));
   }
 
   row(control) {
     const id = `c-${control.name}`, error = make("p", { className: "error", hidden: true, id: `${id}-error`, role: "alert" }, make("span"));
-    const more = make("button", { type: "button", className: "more", textContent: "more", "aria-expanded": "false", onclick: () => more.setAttribute("aria-expanded", error.classList.toggle("whole")) });
-    error.append(more);
+    error.append(opener(error));
     const label = make("label", { htmlFor: id, textContent: control.label, title: control.about });
     const reset = make("button", { type: "button", className: "tiny reset", title: "Reset", "aria-label": `Reset ${control.label}`, onclick: () => this.give(control, null, true) }, icon(SHAPES.reset));
     const lock = make("button", { type: "button", className: "tiny lock", title: "Lock", "aria-label": `Lock ${control.label}`, "aria-pressed": "false", onclick: () => this.toggle(control) }, icon(SHAPES.open));
@@ -217,7 +218,7 @@ export class Controls {
     entry.row.classList.add("wrong"); entry.number.setAttribute("aria-invalid", "true");
     const [text, more] = entry.error.children;
     text.textContent = text.title = typeset(message); entry.error.hidden = false; entry.error.classList.toggle("whole", false);
-    more.hidden = text.scrollWidth <= text.clientWidth; more.setAttribute("aria-expanded", "false");
+    more.hidden = !short(text); more.setAttribute("aria-expanded", "false");
     return true;
   }
 

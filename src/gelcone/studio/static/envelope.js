@@ -1,7 +1,6 @@
 // A device's operating envelope: limits and the recommended window over drive frequency.
 import { colours } from "./colours.js";
 import { format, make, say } from "./controls.js";
-import { Plot } from "./plot.js";
 import { Panel, holding } from "./work.js";
 
 export class EnvelopePanel extends Panel {
@@ -9,10 +8,7 @@ export class EnvelopePanel extends Panel {
     super(grids, "envelope");
     this.words = make("span", {});
     host.append(make("div", { className: "bar" }, this.words));
-    this.plot = new Plot(host, { draw: (p) => this.draw(p), over: (p) => this.drawOver(p) });
-    const c = this.plot.canvas;
-    c.tabIndex = 0; c.setAttribute("role", "application");
-    c.setAttribute("aria-label", "Operating envelope: drive frequency and peak voltage. Arrow keys move the device's drive.");
+    const c = this.plotIn(host, "Operating envelope: drive frequency and peak voltage. Arrow keys move the device's drive.");
     holding(c, (event, settled) => this.goTo(event, settled));
     c.onkeydown = (event) => {
       const step = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];

@@ -2,7 +2,7 @@
 import { Cone } from "./cone.js";
 import { make, say } from "./controls.js";
 import { extent } from "./plot.js";
-import { placeAt } from "./scene.js";
+import { heightAt, placeAt } from "./scene.js";
 
 const FRAME = 50; // ms between pictures
 const SECONDS = 2; // duration of a drive period
@@ -15,7 +15,6 @@ export class Gallery {
     Object.assign(this, { dialog, page, tiles: [], waiting: null, id: null, asked: null });
     this.list = make("div", { className: "tiles" });
     dialog.append(make("h2", { textContent: "Devices and parameter sets" }), this.list, make("div", { className: "row" }, make("button", { type: "button", textContent: "Close", onclick: () => dialog.close() })));
-    dialog.onclose = () => this.stop();
   }
 
   // hello: the server's lists of devices and presets.
@@ -70,12 +69,9 @@ export class Gallery {
     for (const { cone, look, box } of this.tiles) {
       const own = box.getBoundingClientRect();
       if (!look || own.top > seen.top + seen.height || own.top + own.height < seen.top) continue;
-      const length = look.t.at(-1), [k, f] = placeAt(look, ((now / SECONDS) * look.words.period) % (length || 1)), next = Math.min(k + 1, look.t.length - 1);
-      const height = look.x[k] + (look.x[next] - look.x[k]) * f;
-      cone.draw([{ about: look.about, height, films: [look.film1 ?? look.film, look.film2 ?? look.film].map((own) => own[k]), field: [look.field1 ?? look.field, look.field2 ?? look.field].map((own) => own?.[k]), low: look.low, high: look.high, volts: [0, 1], voltage: 0, heightText: "", voltageText: "" }]);
+      const time = ((now / SECONDS) * look.words.period) % (look.t.at(-1) || 1), [k] = placeAt(look, time);
+      cone.draw([{ about: look.about, height: heightAt(look, time), films: [look.film1 ?? look.film, look.film2 ?? look.film].map((own) => own[k]), field: [look.field1 ?? look.field, look.field2 ?? look.field].map((own) => own?.[k]), low: look.low, high: look.high, volts: [0, 1], voltage: 0, heightText: "", voltageText: "" }]);
     }
     this.waiting = setTimeout(() => this.turn(), FRAME);
   }
-
-  stop() { clearTimeout(this.waiting); }
 }

@@ -2,34 +2,35 @@
 import * as address from "./address.js";
 import { Badge } from "./badge.js";
 import { Clock } from "./clock.js";
-import { colours, setTheme } from "./colours.js";
+import { colours } from "./colours.js";
 import { Cone } from "./cone.js";
-import * as profiles from "./profiles.js";
-import { Controls, format, icon, make, say, typeset } from "./controls.js";
+import { Controls, make, say, typeset } from "./controls.js";
 import { Gallery } from "./gallery.js";
 import { GridPanels } from "./grids.js";
 import { Link, newAddress, tokenOf } from "./link.js";
+import { judged, missing, numbered, renewed } from "./looks.js";
 import { LARGEST, readMeasured, withMeasured } from "./measured.js";
+import { Notices } from "./notices.js";
 import { portraitPanel, spectrumPanel, staticsPanel, timePanel } from "./panels.js";
-import { extent } from "./plot.js";
-import { heightAt, sceneOf, settledOf } from "./scene.js";
+import * as profiles from "./profiles.js";
 import { Saver } from "./save.js";
+import { sceneOf } from "./scene.js";
+import { sideOf } from "./side.js";
+import { marked, turned } from "./tabs.js";
+import { themed } from "./theme.js";
 
 /** @type {(id: string) => any} */
 const $ = (id) => document.getElementById(id);
 /** @type {(selector: string, within?: any) => any[]} */
 const all = (selector, within = document) => [...within.querySelectorAll(selector)];
-const SUN = "M8 6a3 3 0 1 0 .01 0M8 1v2M8 15v2M1 9h2M13 9h2M3 4l1.5 1.5M11.5 12.5L13 14M3 14l1.5-1.5M11.5 5.5L13 4", MOON = "M13 11A6 6 0 1 1 7 3a5 5 0 0 0 6 8z";
 const ASKED_AGAIN = 500;
 const SLOW = 400; // ms after which an unanswered look is announced and the picture fades
-const LARGEST_FILE = 30000, MOST_NOTICES = 3, MOST_OPENED = 6;
+const LARGEST_FILE = 30000, MOST_OPENED = 6;
 const FRAME = 22; // ms between pictures of the cone: every second frame of most screens
 const BUSY = 38; // the same while a map is computed, which needs the processor: every third frame
 const HELD = 150; // longest wait in ms for an answer, during which the cone is not animated
 const AGED = 150; // ms after which an outdated settled motion fades
 const FAILURES = 3; // failed attempts to connect after which the page asks for the address of a restarted studio
-const UNSEEN = 1e-6; // share of the rim's radius below which a height is shown as 0
-const TRAIL = 24; // earlier heights of the disc in its trail
 const RESTED = 300; // ms after the last move of a slider at which the address is updated
 
 // --- state ---------------------------------------------------------------------------------------------------------
@@ -44,32 +45,15 @@ const ageing = {}; // timers that fade the settled motion of an older setting
 let held = 0; // end of the wait for an answer
 /** @type {Record<string, any>} */
 const timers = {}, last = {}; // timers by purpose; the last address and legend written
-const studio = (/** @type {any} */ (window).studio = { looks, painted: 0, waiting: new Map() });
+const studio = (/** @type {any} */ (window).studio = { looks, painted: 0 });
 
 const setting = (side = state.side) => state[side];
 const sides = () => (!state ? [] : state.b ? ["a", "b"] : ["a"]);
 
-// --- the theme -----------------------------------------------------------------------------------------------------
-
-function theme(name) {
-  setTheme(name);
-  $("theme").replaceChildren(icon(name === "dark" ? SUN : MOON, 16));
-  $("theme").title = name === "dark" ? "Light" : "Dark";
-}
-const dark = matchMedia("(prefers-color-scheme: dark)");
-let chosenTheme = null;
-try { chosenTheme = localStorage.getItem("gelcone-theme"); } catch { /* a frame without storage */ }
-theme(chosenTheme ?? (dark.matches ? "dark" : "light"));
-dark.onchange = () => { if (!chosenTheme) { theme(dark.matches ? "dark" : "light"); repaint(); } };
-$("theme").onclick = () => {
-  chosenTheme = document.documentElement.dataset.theme === "dark" ? "light" : "dark";
-  try { localStorage.setItem("gelcone-theme", chosenTheme); } catch { /* a frame without storage */ }
-  theme(chosenTheme);
-  repaint();
-};
-
 // --- the pieces ----------------------------------------------------------------------------------------------------
 
+themed($("theme"), () => repaint());
+const notices = new Notices($("notices"), $("toast"));
 const clock = new Clock({ play: $("play"), scrub: $("scrub"), output: $("clock"), speed: $("speed") }, looks);
 const cone = new Cone($("cone"));
 const badge = new Badge($("badges"), (share) => lower(share));
@@ -88,7 +72,7 @@ const grids = new GridPanels({
   hosts: { map: $("map"), strip: $("strip"), envelope: $("envelope") }, share: $("grid-share"),
   page: { ask: (kind, content) => link.ask(kind, content), setting, state: () => state, legend: () => hello, controls: () => controls, look: () => looks[state.side], go: change, keep },
 });
-const saver = new Saver($("saver"), { ask: (kind, content) => link.ask(kind, content), state: () => state, setting, toast, grids,
+const saver = new Saver($("saver"), { ask: (kind, content) => link.ask(kind, content), state: () => state, setting, grids,
   shown: () => ({ name: nameOf(state.side), look: looks[state.side], values: setting().values }),
   pictures: () => [$("cone"), ...document.querySelectorAll(".view.shown .plot canvas")],
   play: () => { clock.playing = true; clock.button(); moved(); },
@@ -99,14 +83,6 @@ const link = new Link(tokenOf(location.search, () => sessionStorage), {
   lost: () => { $("lost").hidden = false; $("anew").hidden = link.failures < FAILURES; grids.lost(); faded(true); },
   message,
 });
-// Takes the address of a restarted studio, and keeps the state of the page.
-$("address").onchange = () => {
-  const found = newAddress($("address").value, location);
-  $("address").value = "";
-  if (!found) return toast("That is not an address that gelcone studio printed on this machine.");
-  if (found.elsewhere) location.href = `${found.elsewhere}#${location.hash.slice(1)}`;
-  else { tokenOf(`?token=${encodeURIComponent(found.token)}`, () => sessionStorage); link.renew(found.token); }
-};
 
 // Dragging the disc sets the start: at that height, at rest. Dragging the gauge scales all voltages of the drive.
 cone.hands = {
@@ -116,7 +92,7 @@ cone.hands = {
     if (!control || !zero) return;
     if (state.motion !== "start") { state.motion = "start"; motionShown(); }
     const own = looks[state.side]?.about?.si ? height / 10 ** (control.powers[control.unit] - control.powers.mm) : height;
-    clock.at = 0; clock.playing = settled; clock.button();
+    clock.restart(settled);
     change({ [place]: controls.text(control, own), [speed]: controls.text(zero, 0) }, settled);
     moved();
   },
@@ -126,12 +102,6 @@ cone.hands = {
     if (settled) cone.hands.base = null;
   },
 };
-
-function toast(text) {
-  $("toast").textContent = text; $("toast").hidden = false;
-  clearTimeout(timers.toast);
-  timers.toast = setTimeout(() => { $("toast").hidden = true; }, 2500);
-}
 
 // --- changes -------------------------------------------------------------------------------------------------------
 
@@ -160,7 +130,7 @@ function voltages() {
 // Scales all voltages of the drive.
 function lower(share) {
   change(Object.fromEntries(voltages().map(([c, value]) => [c.name, controls.text(c, share * value)])));
-  clock.at = 0; clock.playing = true; clock.button(); moved();
+  clock.restart(true); moved();
 }
 
 // Writes the state into the address: at once for a step of the history, else once the slider rests, as it costs the
@@ -215,14 +185,12 @@ function faded(on) { document.body.classList.toggle("old", on); }
 
 // Shows a state read from an address.
 function apply(next) {
-  looks.active = next.side;
-  const other = state && JSON.stringify([state.a.device, state.a.preset, state.a.file]) !== JSON.stringify([next.a.device, next.a.preset, next.a.file]);
+  const other = state && subjectOf(state.a) !== subjectOf(next.a);
   state = next;
   if (!state.b) forget("b");
   $("periods").value = state.periods;
   envelopeTab(!setting().preset);
   for (const place of ["top", "left", "right"]) tab(place, state[place]);
-  motionShown();
   sidesShown();
   subjectShown();
   controls.lockAll(state.locked);
@@ -255,7 +223,6 @@ function motionShown() {
   for (const button of all("#motion button")) button.setAttribute("aria-pressed", button.dataset.motion === shown);
   Object.assign($("motion").querySelector('[data-motion="settled"]'), { disabled: Boolean(late), title: late });
 }
-for (const button of all("#motion button")) button.onclick = () => { state.motion = button.dataset.motion; motionShown(); keep(true); repaint(); };
 
 function subjectShown() {
   const own = setting(), select = $("subject");
@@ -272,16 +239,10 @@ function choose(next) {
   look(state.side, true, true);
 }
 
-$("subject").onchange = () => {
+function subjectChosen() {
   const [kind, name] = $("subject").value.split(/:(.*)/s);
   if (kind !== "file") choose({ [kind]: name });
-};
-$("browse").onclick = () => hello && gallery.show(hello);
-$("open").onclick = () => $("file").click();
-$("file").onchange = () => { const files = [...$("file").files]; $("file").value = ""; opened(files); };
-$("unmeasure").onclick = () => { looks.measured = []; measuredShown(); };
-addEventListener("dragover", (event) => { if ([.../** @type {any} */ (event).dataTransfer.types].includes("Files")) event.preventDefault(); });
-addEventListener("drop", (event) => { event.preventDefault(); opened([.../** @type {any} */ (event).dataTransfer.files]); });
+}
 
 // Opens files: a device file replaces the device, a measured curve is drawn over the computed ones.
 async function opened(files) {
@@ -290,9 +251,9 @@ async function opened(files) {
       try {
         if (file.size > LARGEST) throw new Error(`${file.name}: has more than ${LARGEST} characters; export fewer rows`);
         looks.measured = withMeasured(looks.measured, readMeasured(file.name, await file.text()));
-      } catch (error) { notice(error.message); }
+      } catch (error) { notices.add(error.message); }
       measuredShown();
-    } else if (file.size > LARGEST_FILE) notice(`${file.name}: has more than ${LARGEST_FILE} characters; a device file has at most that many.`);
+    } else if (file.size > LARGEST_FILE) notices.add(`${file.name}: has more than ${LARGEST_FILE} characters; a device file has at most that many.`);
     else choose({ file: await file.text() });
   }
 }
@@ -301,24 +262,36 @@ function measuredShown() {
   $("unmeasure").hidden = !looks.measured?.length;
   if (looks.measured?.length) {
     const place = looks.measured.at(-1).over === "time" ? ["top", "time"] : ["left", "statics"];
-    if (state[place[0]] !== place[1]) { tab(place[0], place[1]); keep(true); sides().forEach((side) => look(side)); }
+    if (state[place[0]] !== place[1]) { tab(place[0], place[1]); keep(true); everySide(); }
   }
   repaint();
 }
-$("reset-all").onclick = () => change(Object.fromEntries(Object.keys(setting().values).map((name) => [name, null])));
-$("compare").onclick = () => {
+
+// Sets a second setting next to the first, or keeps the one that is shown.
+function compare() {
   if (state.b) { state.a = setting(); good.a = good[state.side]; state.b = null; forget("b"); state.side = "a"; look("a", true); }
   else { state.b = structuredClone(state.a); good.b = structuredClone(good.a); state.side = "b"; looks.b = { ...looks.a }; look("b", true); }
   keep(true);
   sidesShown();
   repaint();
-};
-for (const side of ["a", "b"]) $(`side-${side}`).onclick = () => { state.side = side; keep(true); sidesShown(); subjectShown(); look(side, true); grids.applied(false); };
-$("share").onclick = async () => {
-  try { await navigator.clipboard.writeText(location.href); toast("The address is copied; it works while the studio runs."); } catch { toast("Copy the address from the address bar."); }
-};
-$("save").onclick = () => saver.show();
-$("periods").onchange = () => { state.periods = $("periods").value; keep(true); sides().forEach((side) => look(side)); };
+}
+
+function chooseSide(side) { state.side = side; keep(true); sidesShown(); subjectShown(); look(side, true); grids.applied(false); }
+
+function chooseMotion(motion) { state.motion = motion; motionShown(); keep(true); repaint(); }
+
+async function share() {
+  try { await navigator.clipboard.writeText(location.href); notices.pass("The address is copied; it works while the studio runs."); } catch { notices.pass("Copy the address from the address bar."); }
+}
+
+// Takes the address of a restarted studio, and keeps the state of the page.
+function addressGiven() {
+  const found = newAddress($("address").value, location);
+  $("address").value = "";
+  if (!found) return notices.pass("That is not an address that gelcone studio printed on this machine.");
+  if (found.elsewhere) location.href = `${found.elsewhere}#${location.hash.slice(1)}`;
+  else { tokenOf(`?token=${encodeURIComponent(found.token)}`, () => sessionStorage); link.renew(found.token); }
+}
 
 // --- tabs ----------------------------------------------------------------------------------------------------------
 
@@ -326,22 +299,14 @@ function tab(place, name) {
   const [panel] = all(`.panel[data-place="${place}"]`), tabs = all('[role="tab"]', panel);
   if (!tabs.some((t) => t.dataset.tab === name && !t.hidden)) name = tabs[0].dataset.tab;
   state[place] = name;
-  for (const t of tabs) { const own = t.dataset.tab === name; t.setAttribute("aria-selected", own); t.tabIndex = own ? 0 : -1; }
+  marked(tabs, tabs.find((t) => t.dataset.tab === name));
   for (const view of all(".view", panel)) view.classList.toggle("shown", view.dataset.view === name);
   for (const part of all("[data-for]", panel)) part.hidden = part.dataset.for !== name;
 }
-for (const panel of all(".panel[data-place]")) {
-  const place = panel.dataset.place, tabs = all('[role="tab"]', panel);
-  for (const t of tabs) {
-    t.type = "button";
-    t.onclick = () => { tab(place, t.dataset.tab); keep(true); if (place === "right") grids.opened(); else sides().forEach((side) => look(side)); };
-    t.onkeydown = (event) => {
-      const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key], open = tabs.filter((other) => !other.hidden);
-      if (step) { const next = open[(open.indexOf(t) + step + open.length) % open.length]; next.focus(); next.click(); }
-    };
-  }
-}
-addEventListener("popstate", () => { clearTimeout(timers.keep); last.address = location.hash; apply(address.read(location.hash, hello.devices[0])); });
+
+function openTab(place, name) { tab(place, name); keep(true); if (place === "right") grids.opened(); else everySide(); }
+
+function everySide() { for (const side of sides()) look(side); }
 
 // --- answers -------------------------------------------------------------------------------------------------------
 
@@ -372,12 +337,7 @@ const ANSWERS = {
     if ($("doing").textContent) doing();
   },
   response(head, arrays) {
-    const before = looks[head.side] ?? {};
-    const look = { ...before, film1: undefined, film2: undefined, ...arrays, words: head.words, about: head.about, id: head.id };
-    delete look.lines; delete look.late; delete look.problem; delete look.unmade; delete look.unmeasured;
-    look.numbers = new Map([...(before.numbers ?? [])].map(([name, own]) => [name, { ...own, old: true }]));
-    for (const name of ["spectrum", "statics"]) if (look[name]) look[name] = { ...look[name], old: true };
-    if (head.words.ended) look.ox = look.px = look.settled = look.shares = undefined;
+    const before = looks[head.side] ?? {}, look = renewed(before, head, arrays);
     clearTimeout(ageing[head.side]);
     ageing[head.side] = setTimeout(() => { look.old = true; plots.portrait.redraw(); plots.time.redraw(); moved(); }, AGED);
     looks[head.side] = look;
@@ -394,48 +354,28 @@ const ANSWERS = {
     }
   },
   kind(head, arrays) {
-    const look = looks[head.side], wanders = ![0, 1].includes(head.words.regime);
     clearTimeout(ageing[head.side]);
-    const settled = settledOf(arrays, { periodic: !wanders, periods: Number(state.periods), period: look.words.period });
-    Object.assign(look, { ox: undefined, ou: undefined, old: false, px: arrays.px, pu: arrays.pu, ...(settled && { ox: arrays.ox, ou: arrays.ou }), settled: look.words.ended ? null : settled, shares: head.words.shares }, { lines: head.words.lines, regime: head.words.regime, extent: head.words.extent, wanders });
-    for (const name of ["stroke", "mean height", "lag", "field"]) look.numbers.delete(name);
-    numbered(look, head);
+    judged(looks[head.side], head, arrays, Number(state.periods));
     if (head.id >= asked[head.side]) held = 0;
     if (head.side === state.side) grids.moved();
   },
-  numbers(head) { numbered(looks[head.side], head); },
-  late(head) {
-    if (head.stage === "statics") looks[head.side].problem = head.message;
-    if (head.stage === "spectrum") looks[head.side].unmeasured = head.message;
-    if (looks[head.side][head.stage]?.old) delete looks[head.side][head.stage]; // the older setting's answer must not be taken for it
-    if (head.stage === "film") looks[head.side].unmade = head.message;
-    if (head.stage === "kind") for (const [name, { old }] of looks[head.side].numbers) if (old) looks[head.side].numbers.delete(name);
-    if (head.stage === "kind") Object.assign(looks[head.side], { late: head.message, ox: undefined, px: undefined, settled: null, shares: undefined });
-  },
+  numbers(head) { numbered(looks[head.side], head.words); },
+  late(head) { missing(looks[head.side], head); },
   section(head, arrays) { Object.assign(looks[head.side], arrays); },
   spectrum(head, arrays) { looks[head.side].spectrum = { ...arrays, ...head.words }; },
   statics(head, arrays) { looks[head.side].statics = { ...arrays, ...head.words }; },
   profiles(head, arrays) { profiles.add(head.words, arrays); moved(); },
 };
 
-// Replaces numbers of the same names; a pull-in also replaces that of another film.
-function numbered(look, { words }) {
-  for (const own of words.numbers ?? []) {
-    if (own.peak) for (const [name, { peak }] of look.numbers) if (peak) look.numbers.delete(name);
-    look.numbers.set(own.name, own);
-  }
-}
-
 function begin(head) {
   hello = head;
-  $("film-legend").replaceChildren();
   for (const side of ["a", "b"]) { asks[side] = []; good[side] = null; unknown[side] = true; }
   const next = address.read(location.hash, hello.devices[0]), empty = !location.hash.slice(1);
   for (const own of [next.a, next.b]) if (own && !own.file && !(own.preset ? Object.hasOwn(hello.presets, own.preset) : hello.devices.includes(own.device))) {
     next.odd.push(`There is no ${own.preset ? "preset" : "device"} ${(own.preset ?? own.device).slice(0, 40)}; ${hello.devices[0]} is shown.`);
     Object.assign(own, { device: hello.devices[0], preset: null, values: {} });
   }
-  if (next.odd.length) notice(next.odd.join(" "));
+  if (next.odd.length) notices.add(next.odd.join(" "));
   apply(next);
   if (next.odd.length) for (const side of sides()) asks[side].at(-1).step = false; // rewrites the address
   last.address = location.hash;
@@ -449,7 +389,7 @@ const subjectOf = (own) => JSON.stringify([own.device, own.preset, own.file]);
 function failed(head) {
   if (saver.failed(head) || grids.failed(head) || gallery.failed(head)) return;
   const { side } = head, ask = side && asks[side].find((own) => own.id === head.id);
-  if (!ask) return side ? undefined : notice(head.message);
+  if (!ask) return side ? undefined : notices.add(head.message);
   asks[side] = asks[side].filter((own) => own.id > head.id);
   if (asks[side].length || !state[side]) return;
   if (!good[side]) return fallBack(side, ask.setting, head);
@@ -464,7 +404,7 @@ function failed(head) {
   state[side] = structuredClone(good[side]);
   unknown[side] = false;
   doing();
-  if (!same) { subjectShown(); notice(head.message); }
+  if (!same) { subjectShown(); notices.add(head.message); }
   else if (side === state.side) {
     const own = differ.length === 1 ? differ[0] : head.control;
     if (controls.fail(own, head.message)) faded(true); else controls.values(state[side].values);
@@ -475,23 +415,13 @@ function failed(head) {
 function fallBack(side, { values, ...subject }, { control, message }) {
   const own = state[side], left = Object.hasOwn(values, control) ? [control] : Object.keys(values);
   for (const name of left) delete own.values[name];
-  if (left.length) notice(`${message} (left out: ${left.map((name) => name.slice(0, 40)).join(", ")})`);
+  if (left.length) notices.add(`${message} (left out: ${left.map((name) => name.slice(0, 40)).join(", ")})`);
   else if (subject.device !== hello.devices[0]) {
     state[side] = { device: hello.devices[0], preset: null, file: null, values: {} };
-    notice(`${message} (${hello.devices[0]} is shown instead)`);
+    notices.add(`${message} (${hello.devices[0]} is shown instead)`);
     subjectShown();
-  } else return notice(message);
+  } else return notices.add(message);
   look(side, true, false);
-}
-
-// Shows a message until it is dismissed; several are listed.
-function notice(text) {
-  const line = make("p", {}, make("span", { textContent: typeset(text) }));
-  const more = make("button", { type: "button", className: "more", textContent: "more", "aria-expanded": "false", onclick: () => more.setAttribute("aria-expanded", line.classList.toggle("whole")) });
-  line.append(more, make("button", { type: "button", className: "tiny", "aria-label": "Put away", textContent: "×", onclick: () => line.remove() }));
-  $("notices").append(line);
-  more.hidden = line.firstChild.scrollWidth <= line.firstChild.clientWidth;
-  while ($("notices").children.length > MOST_NOTICES) $("notices").firstChild.remove();
 }
 
 // --- painting ------------------------------------------------------------------------------------------------------
@@ -528,32 +458,11 @@ function filmLegend() {
 const sharesShown = (look) => (sceneOf(look, looks.motion) !== look && look.shares) || look.words.shares;
 
 function repaint() {
-  last.legend = null;
   for (const plot of Object.values(plots)) plot.redraw();
   for (const side of sides()) if (looks[side]?.words) badge.show(side, looks[side], hello, side === "b" ? looks.a : null);
   filmLegend();
   grids.redraw();
   moved();
-}
-
-function coneSides() {
-  return sides().filter((side) => looks[side]?.t).map((side) => {
-    const look = looks[side], scene = clock.scene(look), now = clock.state(look) ?? { x: NaN, v: 0, films: [0, 0], thin: [], field: [] }, unit = look.about.si ? " mm" : "";
-    if (look.spanOf !== scene.x) { look.spanOf = scene.x; look.span = extent(scene.x); look.volts = extent(scene.v, [0]); }
-    const [low, high] = look.span, height = Number.isFinite(now.x) ? now.x : high;
-    const second = look.about.second ?? 0, [first, other] = look.about.membrane ?? [];
-    const shapes = [profiles.profile(first, height, now.v), profiles.profile(other, second - height, now.v)];
-    const rounded = Math.abs(height) < UNSEEN * look.about.rim ? 0 : height;
-    return { about: look.about, shapes, name: nameOf(side), height, films: now.films, thin: now.thin, field: now.field, trail: trailOf(look, scene), low, high, volts: look.volts, voltage: now.v, heightText: typeset(`${format(rounded, 3)}${unit}`),
-      voltageText: typeset(look.about.si ? (Math.abs(now.v) >= 1000 ? `${(now.v / 1000).toFixed(2)} kV` : `${now.v.toFixed(0)} V`) : now.v.toFixed(2)) };
-  });
-}
-
-// The heights over the drive period before the time shown, the latest first.
-function trailOf(look, scene) {
-  const found = [], step = look.words.period / TRAIL;
-  for (let k = 1; k <= TRAIL && clock.at - k * step >= 0; k++) found.push(heightAt(scene, clock.at - k * step));
-  return found.filter(Number.isFinite);
 }
 
 // The name of a side's subject.
@@ -563,13 +472,14 @@ const nameOf = (side) => state[side]?.device || state[side]?.preset || looks[sid
 let asking = null, waiting = null;
 
 function moved() { clock.moved = true; next(); }
+
 function next() { clearTimeout(waiting); asking ??= requestAnimationFrame(frame); }
 
 function frame(now) {
   asking = null;
   clock.tick(now);
   if ((clock.moved || cone.changed) && sides().some((side) => looks[side]?.t)) {
-    cone.draw(coneSides());
+    cone.draw(sides().filter((side) => looks[side]?.t).map((side) => sideOf(looks[side], nameOf(side), clock)));
     if (state.top === "time") plots.time.redrawOver();
     plots[state.left].redrawOver();
     clock.write(now);
@@ -580,6 +490,33 @@ function frame(now) {
 
 function later() { waiting = setTimeout(() => (held > performance.now() ? later() : next()), grids.open?.running ? BUSY : FRAME); }
 clock.wakes = cone.wakes = next;
+
+// --- what the page's elements do ------------------------------------------------------------------------------------
+
+const WIRING = {
+  address: { onchange: addressGiven },
+  browse: { onclick: () => hello && gallery.show(hello) },
+  compare: { onclick: compare },
+  file: { onchange: () => { const files = [...$("file").files]; $("file").value = ""; opened(files); } },
+  open: { onclick: () => $("file").click() },
+  periods: { onchange: () => { state.periods = $("periods").value; keep(true); everySide(); } },
+  "reset-all": { onclick: () => change(Object.fromEntries(Object.keys(setting().values).map((name) => [name, null]))) },
+  save: { onclick: () => saver.show() },
+  share: { onclick: share },
+  "side-a": { onclick: () => chooseSide("a") },
+  "side-b": { onclick: () => chooseSide("b") },
+  subject: { onchange: subjectChosen },
+  unmeasure: { onclick: () => { looks.measured = []; measuredShown(); } },
+};
+for (const [id, does] of Object.entries(WIRING)) Object.assign($(id), does);
+for (const button of all("#motion button")) button.onclick = () => chooseMotion(button.dataset.motion);
+for (const panel of all(".panel[data-place]")) {
+  const tabs = all('[role="tab"]', panel);
+  for (const t of tabs) Object.assign(t, { type: "button", onclick: () => openTab(panel.dataset.place, t.dataset.tab), onkeydown: (event) => turned(event.key, t, tabs) });
+}
+addEventListener("popstate", () => { clearTimeout(timers.keep); last.address = location.hash; apply(address.read(location.hash, hello.devices[0])); });
+addEventListener("dragover", (event) => { if ([.../** @type {any} */ (event).dataTransfer.types].includes("Files")) event.preventDefault(); });
+addEventListener("drop", (event) => { event.preventDefault(); opened([.../** @type {any} */ (event).dataTransfer.files]); });
 
 // The subject in the address is shown until the server sends its lists.
 const first = address.read(location.hash, "").a;

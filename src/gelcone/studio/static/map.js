@@ -1,7 +1,6 @@
 // A map over two parameters: kinds of motion cell by cell, thresholds and the curves of bifurcations.
 import { colours, mix } from "./colours.js";
 import { format, make } from "./controls.js";
-import { Plot } from "./plot.js";
 import { DRIVE, IMPOSSIBLE, Panel, fill, hatch, kindOf, labelled, picker, regimeColour, sample } from "./work.js";
 
 const CELLS = [65, 49], NEAR = 6;
@@ -20,18 +19,15 @@ export class MapPanel extends Panel {
     this.out = make("button", { type: "button", textContent: "Full range", title: "Show the full range of both parameters", onclick: () => this.whole() });
     this.names = make("ul", { className: "legend" });
     host.append(make("div", { className: "bar" }, this.x, make("span", { textContent: "×" }), this.y, this.view, this.out));
-    this.plot = new Plot(host, { draw: (p) => this.draw(p), over: (p) => this.drawOver(p) });
+    const c = this.plotIn(host, "Map over two parameters");
     host.append(this.names);
     this.canvas = document.createElement("canvas");
     [this.canvas.width, this.canvas.height] = CELLS;
-    const c = this.plot.canvas;
-    c.tabIndex = 0; c.setAttribute("role", "application"); c.setAttribute("aria-label", "Map over two parameters");
     c.onpointerdown = (event) => this.down(event);
     c.onpointermove = (event) => this.move(event);
     c.onpointerup = (event) => this.up(event);
     c.onpointercancel = () => { this.from = this.to = null; this.plot.redrawOver(); };
     c.onkeydown = (event) => this.pressed(event);
-    c.onfocus = c.onblur = () => this.plot.redrawOver();
     this.blank();
   }
 
@@ -66,7 +62,7 @@ export class MapPanel extends Panel {
 
   dependsOn(names) { const state = this.page.state(); return names.some((name) => name !== state.x?.[0] && name !== state.y?.[0]); }
 
-  request() { const { x, y } = this.page.state(); if (!x || !y) return null; this.fresh = true; return { x, y }; }
+  request() { const { x, y } = this.page.state(); return x && y ? { x, y } : null; }
 
   on_grid() { this.blank(); }
 
@@ -90,8 +86,6 @@ export class MapPanel extends Panel {
   on_loci(head, { x, y }) { this.lines.push({ name: head.name, x, y }); this.later(); }
 
   on_followed() { this.running = false; this.grids.say(""); }
-
-  later() { this.waiting ??= requestAnimationFrame(() => { this.waiting = null; if (this.grids.open === this) this.plot.redraw(); }); }
 
   // For each cell the nearest known one, which the picture shows until the cell is computed.
   nearest() {

@@ -25,17 +25,17 @@ export function extent(...arrays) {
   return [low, high];
 }
 
-const NOTHING = 1e-9; // values up to this are rounding
+const NOTHING = 1e-9, LEAST = 1e-6; // values up to this are rounding; the least size of a range
 
 // An axis range that contains the data and changes only if necessary, so that plots stay steady under a slider.
 export class Range {
-  constructor(least = 1e-6) { this.least = least; this.low = NaN; this.high = NaN; }
+  low = NaN; high = NaN;
 
   /** @param {[number, number]} range @returns {[number, number]} */
   fit([low, high]) {
     if (!(high >= low)) { low = 0; high = 1; }
     const flat = Math.max(Math.abs(low), Math.abs(high)) < NOTHING;
-    const size = Math.max(high - low, flat ? 1 : this.least, 0.02 * Math.max(Math.abs(low), Math.abs(high)));
+    const size = Math.max(high - low, flat ? 1 : LEAST, 0.02 * Math.max(Math.abs(low), Math.abs(high)));
     const middle = (low + high) / 2, half = Math.max(high - low, size) / 2;
     low = middle - half; high = middle + half;
     const own = this.high - this.low;
@@ -56,7 +56,7 @@ export class Plot {
   logarithmic = false;
 
   // host: an element; draw(plot) draws the data; over(plot) moves the marks above them.
-  constructor(host, { draw = () => {}, over = null, left = 56, bottom = 34, top = 8, right = 20 } = {}) {
+  constructor(host, { draw = () => {}, over = null, top = 8 } = {}) {
     this.box = Object.assign(document.createElement("div"), { className: "plot" });
     this.canvas = document.createElement("canvas");
     this.context = this.canvas.getContext("2d", { alpha: false });
@@ -66,7 +66,7 @@ export class Plot {
     this.box.addEventListener("pointermove", (event) => this.read(event));
     this.box.addEventListener("pointerleave", () => { this.reading.hidden = true; });
     host.append(this.box);
-    Object.assign(this, { draw, over, margin: { left, bottom, top, right }, w: 0, h: 0, marks: new Map() });
+    Object.assign(this, { draw, over, margin: { left: 56, bottom: 34, top, right: 20 }, marks: new Map() });
     new ResizeObserver(() => { this.fit(); this.redraw(); }).observe(this.box);
     this.fit();
   }

@@ -1,7 +1,7 @@
 // A sweep of one parameter: the section at each value with its range, and branches of periodic orbits.
 import { colours } from "./colours.js";
 import { make } from "./controls.js";
-import { Plot, Range, extent } from "./plot.js";
+import { Range, extent } from "./plot.js";
 import { DRIVE, IMPOSSIBLE, PULLED_IN, Panel, fill, holding, kindOf, labelled, picker, regimeColour, sample } from "./work.js";
 
 const LEFT = 5; // the regime of motions that leave the model's domain
@@ -21,11 +21,9 @@ export class StripPanel extends Panel {
     this.over = picker("Parameter of the sweep", () => { const c = this.control(this.over.value); this.page.state().over = [c.name, c.low, c.high]; this.page.keep(true); this.blank(); this.stale = true; this.grids.opened(); });
     this.names = make("ul", { className: "legend" });
     host.append(make("div", { className: "bar" }, this.over, this.note = make("span", { textContent: "each value from the same start", className: "right" })));
-    this.plot = new Plot(host, { draw: (p) => this.draw(p), over: (p) => this.drawOver(p) });
+    const c = this.plotIn(host, "Sweep of a parameter");
     host.append(this.names);
     this.range = new Range();
-    const c = this.plot.canvas;
-    c.tabIndex = 0; c.setAttribute("role", "application"); c.setAttribute("aria-label", "Sweep of a parameter");
     holding(c, (event, settled) => this.goTo(event, settled));
     c.onkeydown = (event) => {
       const step = { ArrowLeft: -1, ArrowRight: 1 }[event.key], { over } = this.page.state();
@@ -80,7 +78,7 @@ export class StripPanel extends Panel {
     const n = section.length / places.length;
     for (let i = 0; i < places.length; i++) this.cells.set(places[i], [regime[i], section.subarray(i * n, (i + 1) * n), low?.[i], high?.[i]]);
     this.progress(head.share);
-    this.waiting ??= requestAnimationFrame(() => { this.waiting = null; if (this.grids.open === this) this.plot.redraw(); });
+    this.later();
   }
 
   draw(p) {

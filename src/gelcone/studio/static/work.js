@@ -1,6 +1,7 @@
 // The base of the panels of long work: computed once visible and outdated, cancelled when hidden.
 import { colours } from "./colours.js";
 import { format, make } from "./controls.js";
+import { Plot } from "./plot.js";
 
 // Hatching of cells by kind, as lines in shares of a cell: a second cue besides colour.
 const HATCHES = { 2: [[0.5, 0, 0.5, 1]], 3: [[0, 1, 1, 0]], 6: [[0, 0, 1, 1]], 4: [[0, 1, 1, 0], [0, 0, 1, 1]], [98]: [[0, 0.5, 1, 0.5]] };
@@ -59,16 +60,18 @@ export function fill(select, list, chosen) {
 
 export class Panel {
   /** @type {any} */ grids; kind = ""; /** @type {import("./plot.js").Plot} */ plot;
-  /** @type {number | null} */ id; stale = true; running = false; filled = false; problem = "";
+  /** @type {number | null} */ id = null; stale = true; running = false; filled = false; problem = "";
   /** @type {any} */ timer; /** @type {string | undefined} */ key;
 
-  constructor(grids, kind) { Object.assign(this, { grids, kind, id: null, stale: true, running: false, filled: false, problem: "" }); }
+  constructor(grids, kind) { Object.assign(this, { grids, kind }); }
   get page() { return this.grids.page; }
   control(name) { return this.page.controls().list.find((c) => c.name === name); }
   value(name) { return this.page.controls().value(name, this.page.setting().values); }
   text(name, value) { const c = this.control(name); return `${format(value)} ${c.unit}`.trim(); }
   legend() { return this.page.legend(); }
 
+  /** @param {Plot} p */ draw(p) {} // the data
+  /** @param {Plot} p */ drawOver(p) {} // the marks above them
   /** @returns {Record<string, any> | null} what is asked for besides the setting */
   request() { return {}; }
 
@@ -109,7 +112,16 @@ export class Panel {
     Object.assign(this, { running: false, id: null, stale: !this.filled || this.stale }); // without branches and curves the panel counts as filled
   }
 
+  // Puts the plot into the page, with a name, within reach of the keyboard.
+  plotIn(host, name) {
+    this.plot = new Plot(host, { draw: (p) => this.draw(p), over: (p) => this.drawOver(p) });
+    const { canvas } = this.plot;
+    canvas.tabIndex = 0; canvas.setAttribute("role", "application"); canvas.setAttribute("aria-label", name);
+    return canvas;
+  }
+
   progress(share) { this.grids.say(share < 1 ? `${Math.round(100 * share)} %` : ""); }
+  later() { this.waiting ??= requestAnimationFrame(() => { this.waiting = null; if (this.grids.open === this) this.plot.redraw(); }); }
   redrawOver() { if (this.grids.open === this) this.plot.redrawOver(); }
   nothing(p, text) { p.paragraph(this.problem || text, p.w / 2, p.h / 3, 0.7 * p.w); } // above the mark in the middle
   on_done() { this.running = false; this.filled = true; this.progress(1); }
