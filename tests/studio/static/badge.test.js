@@ -126,3 +126,16 @@ test("shares of the time in the badge, and differences between two settings", ()
   own.show("a", { ...look({}), numbers: numbers(6) }, { regimes: [] }, { about: { si: false }, words: {}, numbers: numbers(5) });
   assert.ok(!own.rows.get("a").numbers.textContent.includes("%"));
 });
+
+test("the sentence on the model names every state that breaks it, and of a run that ended says until when", () => {
+  const states = [{ code: 1, share: 0.25 }, { code: 4, share: 0.5 }, { code: 5, share: 0.25 }];
+  for (const ended of ["", "pulled in"]) for (let n = 1; n <= 3; n++) {
+    const found = badge({ shares: [{ code: 0, share: 0.1 }, ...states.slice(0, n)], ended }), named = states.slice(0, n).map(({ code, share }) => `${FILM[code]} ${100 * share} %`).join(", ");
+    assert.deepEqual([found.valid, found.holds], [`the model does not hold: film ${named} of the time${ended ? " until then" : ""}`, false]);
+  }
+});
+
+test("a badge is read in this order: side, kind of motion, numbers, whether the model holds, evidence", () => {
+  const { row } = badge({}), leaves = (e) => (e.parts.length ? e.parts.flatMap(leaves) : [e]);
+  assert.deepEqual([...new Set(leaves(row.box).map((e) => Object.keys(row).find((name) => row[name] === e)))].filter(Boolean), ["side", "kind", "numbers", "valid", "why", "evidence"]);
+});

@@ -257,3 +257,32 @@ test("a hand takes the disc and lets it go at its place, and the gauge; a frame 
   own.draw([{ about: ABOUT, height: 10, films: [0, 0], low: 0, high: 20, volts: [0, 100], voltage: 50, heightText: "", voltageText: "" }]);
   assert.ok(own.context.calls.filter((c) => c.name === "ellipse").every(({ args: [, , across, up] }) => across >= 0 && up >= 0));
 });
+
+test("in perspective the disc lies at its height, its upper face over its lower one", () => {
+  for (const height of [0, 7, 20]) {
+    const { own, g } = cone([{ height }, { height }]), calls = g.calls, rims = calls.filter((c) => c.name === "ellipse" && c.args[2] !== c.args[3]), tilt = rims[1].args[3] / rims[1].args[2];
+    const side = { about: ABOUT, low: 0, high: 20 }, scale = own.scale(side), at = calls.findIndex((c, k) => c.name === "fill" && c.fillStyle === LIGHT.steel && calls[k - 1].name === "ellipse");
+    const [upper, lower] = [calls[at - 1].args, calls[at - 4].args], y = own.ground(side, 480, scale) - height * scale * Math.sqrt(1 - tilt * tilt);
+    assert.ok(near(upper[1], y, 1e-6) && near(upper[2], 8 * scale, 1e-6) && lower[1] > upper[1], `${height}`);
+  }
+});
+
+test("each ring of a membrane is taut or wrinkled, but above breakdown or near its limit all of it has that colour", () => {
+  const shape = [[8, 1, false], [20, 0.4, true], [30, 0, true]].map(([radius, rise, wrinkled]) => ({ radius, rise, stretch: 1, wrinkled }));
+  for (const [film, states] of [[0, [0, 1]], [1, [0, 1]], [4, [4]], [5, [5]], [6, [6]]]) {
+    const { g } = cone([{ films: [film, 0], shapes: [shape, null], field: [0, 0] }]);
+    const drawn = FILM.map((colour) => g.calls.some((c) => c.name === "lineTo" && c.strokeStyle === colour && c.lineWidth > 1)).flatMap((found, k) => (found ? [k] : []));
+    assert.deepEqual(drawn, states);
+  }
+});
+
+test("the names of two settings stand below their cones, whatever the room", () => {
+  for (const [w, h] of [[640, 480], [900, 260], [400, 700]]) {
+    const { own } = cone([{}, {}]), g = own.context;
+    Object.assign(own.canvas, { clientWidth: w, clientHeight: h }); own.fit(); forget(g);
+    own.draw([{}, {}].map(() => ({ about: ABOUT, height: 10, films: [0, 0], low: 0, high: 20, volts: [0, 1], voltage: 0, heightText: "10 mm", voltageText: "0 V" })));
+    const lowest = Math.max(...g.calls.filter((c) => c.name === "ellipse" && c.strokeStyle === LIGHT.steel).map((c) => c.args[1] + c.args[3] + c.lineWidth / 2)), names = boxes(g).filter(([text]) => ["A", "B"].includes(text));
+    assert.equal(names.length, 2);
+    for (const [text, , top] of names) assert.ok(top >= lowest, `${w} × ${h} ${text}: ${top} ${lowest}`);
+  }
+});

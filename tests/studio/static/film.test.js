@@ -80,3 +80,16 @@ test("captions, and pictures in their places", () => {
   }
   assert.deepEqual(arranged([[100, 50], [200, 80], [60, 40]]), { places: [[0, 0], [116, 0], [0, 96]], size: [316, 152] });
 });
+
+test("a composed picture is as sharp as the screen, its pictures whole and every line of its caption below them", () => {
+  const lines = ["pump: periodic, period 1", "stroke 3 mm, lag 5°", "with film thickness 0.3 mm", "gelcone studio"];
+  for (const d of [1, 2, 3]) {
+    globalThis.devicePixelRatio = d;
+    const { canvas } = composed([0, 1].map(() => Object.assign(document.createElement("canvas"), { width: 300 * d, height: 200 * d })), lines), { calls } = canvas.getContext();
+    assert.deepEqual([texts(canvas.getContext()), canvas.width], [lines, (16 + 300 + 16 + 300 + 16) * d]);
+    assert.deepEqual(calls.filter((c) => c.name === "drawImage").map((c) => c.args.slice(1)), [[16 * d, 16 * d], [332 * d, 16 * d]]);
+    assert.deepEqual(calls.findLast((c) => c.name === "setTransform").args, [d, 0, 0, d, 0, 0]); // of the letters
+    for (const { args: [, , y] } of calls.filter((c) => c.name === "fillText")) assert.ok(y >= 16 + 200 && d * (y + 14) <= canvas.height);
+  }
+  globalThis.devicePixelRatio = 1;
+});

@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 import { envelope, placed, pointer, setUp } from "./grid_panels.js";
-import { browser, near, texts } from "./page.js";
+import { browser, forget, near, texts, wait } from "./page.js";
 
 browser();
 const from = (name) => import(`../../../src/gelcone/studio/static/${name}.js`);
@@ -131,4 +131,29 @@ test("answers of long work that nobody waits for any more are taken and dropped,
   assert.deepEqual(Object.values(grids.panels).map((p) => p.stale), [true, true, true]);
   grids.lost();
   assert.deepEqual(Object.values(grids.panels).map((p) => [p.running, p.stale]), [[false, true], [false, true], [false, true]]);
+});
+
+test("parameters are read by their labels, never by their names", () => {
+  for (const right of ["map", "strip", "envelope"]) {
+    const { grids, controls, canvas, p } = setUp(right), labels = new Map(controls.list.map(({ name }) => [name, `The ${name.replace("_", " ")}`]));
+    controls.list = controls.list.map((c) => ({ ...c, label: labels.get(c.name) }));
+    for (const select of document.querySelectorAll("select")) delete select.dataset.key; // the choices are built anew
+    forget(p.context); grids.controlsChanged(); p.redraw();
+    const read = [canvas.getAttribute("aria-label"), ...texts(p.context), ...document.querySelectorAll(`#${right} option`).map((o) => o.textContent)];
+    for (const text of read) assert.ok(!/voltage_|film_/.test(text), text);
+    const over = { map: ["voltage_amplitude", "frequency"], strip: ["voltage_amplitude"], envelope: [] }[right];
+    for (const name of over) assert.ok(read[0].includes(labels.get(name)) && read.slice(1).some((text) => text.startsWith(labels.get(name).toLowerCase())), name);
+  }
+});
+
+test("a panel that is outdated and then left is not computed until it is opened again", () => {
+  for (const right of ["map", "strip", "envelope"]) {
+    const { grids, state, setting, asked } = setUp(right), count = () => asked.filter(([kind]) => kind === right).length;
+    setting.values = { film_thickness: "0.3 mm" }; grids.changed(["film_thickness"]);
+    state.right = right === "map" ? "strip" : "map"; grids.opened();
+    wait(500);
+    assert.equal(count(), 1, right);
+    state.right = right; grids.opened();
+    assert.equal(count(), 2, right);
+  }
 });

@@ -400,6 +400,24 @@ test("a hand on the gauge scales the voltages that were set when it took hold, h
   $("reset-all").click(); answer();
 });
 
+test("a hand on the disc or on the gauge is one step of the history, where it lets go", () => {
+  const canvas = $("cone"), go = (type, x, y) => canvas[`on${type}`]({ ...at(x, y), type });
+  answer({}, RUN(), {}, MORE);
+  $("scrub").value = "500"; $("scrub").oninput(); draw();
+  const disc = Array.from({ length: 480 }, (_, y) => y).find((y) => { canvas.onpointermove(at(640 / 4, y)); return canvas.style.cursor === "ns-resize"; });
+  for (const [x, y] of [[640 / 4, disc + 12], [GAUGE.x, GAUGE.top]]) {
+    const steps = page.steps.length;
+    go("pointerdown", x, y);
+    for (const [type, moved, more] of [["pointermove", 20, 0], ["pointermove", 40, 0], ["pointerup", 60, 1]]) {
+      const before = asked("look").length;
+      go(type, x, y + moved); answer({}, RUN(), {}, MORE); wait(300);
+      assert.deepEqual([asked("look").length, page.steps.length], [before + 1, steps + more], `${x} ${type}`);
+    }
+  }
+  document.querySelectorAll("#motion button").find((b) => b.dataset.motion === "settled").click();
+  $("reset-all").click(); answer({}, RUN(), {}, MORE);
+});
+
 test("what stands over a picture moves with the time, in the panel that is open", () => {
   for (const [tab, place] of [["portrait", (p) => [p.X(studio.looks.a.x[1]), p.Y(1)]], ["statics", null]]) {
     document.querySelector(`[data-tab="${tab}"]`).click(); answer();

@@ -258,3 +258,27 @@ test("a parameter is on one axis of a map: where both are the same, the second t
   assert.deepEqual([state.x, state.y], [["frequency", 5, 9], ["voltage_offset", 0, 2]]);
   assert.deepEqual([asked.at(-1)[0], asked.at(-1)[1].x, asked.at(-1)[1].y], ["map", state.x, state.y]);
 });
+
+test("a zoom ends where the hand was, by a drag or by keys, to a ten-thousandth of its range", () => {
+  for (const [x, y] of [[[123.456, 1234.56], [3.14159, 17.7777]], [[1000.11, 1000.99], [9.99911, 10.0012]]]) {
+    const { canvas, p, state } = setUp(), to = pointer(p, p.X(x[1]), p.Y(y[1]) - 7), hand = [x, [y[0], p.toY(p.Y(y[1]) - 7)]]; // 7 pixels are a drag
+    canvas.onpointerdown(pointer(p, p.X(x[0]), p.Y(y[0])));
+    canvas.onpointermove(to); canvas.onpointerup(to);
+    for (const [k, axis] of [state.x, state.y].entries()) axis.slice(1).forEach((v, end) => assert.ok(near(v, hand[k][end], 1e-4), `${axis}`));
+  }
+  const { canvas, panel, state } = setUp();
+  panel.page.go({ voltage_amplitude: "777.7 V", frequency: "7.777 Hz" });
+  canvas.onkeydown({ key: "+", preventDefault() {} });
+  for (const [axis, [low, high]] of [[state.x, [377.7, 1177.7]], [state.y, [7.777 - 4.975, 7.777 + 4.975]]]) assert.ok(near(axis[1], low, 1e-4) && near(axis[2], high, 1e-4), `${axis}`);
+});
+
+test("the ground of a name over a map is measured in the letters in which the name is written", () => {
+  const { grids, p, id } = setUp(), widths = new Map();
+  grids.message({ kind: "cells", id: id(), share: 1 }, cells(() => 1));
+  grids.message({ kind: "thresholds", id: id(), names: ["onset", "pull-in"], upright: false }, { at: Float32Array.of(400, 800, 1200), onset: Float32Array.of(5, 5, 5), "pull-in": Float32Array.of(15, 15, 15) });
+  forget(p.context); p.redraw();
+  for (const c of p.context.calls) if (c.name === "measureText") widths.set(c.args[0], c.font);
+  const written = p.context.calls.filter((c) => c.name === "fillText" && widths.has(c.args[0]));
+  assert.equal(written.length, 2);
+  for (const c of written) assert.equal(c.font, widths.get(c.args[0]), c.args[0]);
+});

@@ -84,3 +84,12 @@ test("a file is handed over under its name, with the type of its ending", async 
   assert.deepEqual(urls, ["data", "blob:1"]);
   Object.assign(URL, { createObjectURL, revokeObjectURL });
 });
+
+test("everything that is saved has the values that are set", () => {
+  browser();
+  const asked = [], setting = { device: "pump", preset: null, file: null, values: { frequency: "9 Hz", spring_rate: "3 N/m" } };
+  const saver = new Saver(document.createElement("dialog"), { ask: (kind, content) => asked.push([kind, content]), state: () => ({ top: "time", periods: "20" }), setting: () => setting });
+  saver.show();
+  for (const button of [saver.device, ...saver.buttons]) button.click();
+  assert.deepEqual(asked.map(([kind, content]) => [kind, content.setting]), ["code", "device", "export", "export", "export"].map((kind) => [kind, setting]));
+});

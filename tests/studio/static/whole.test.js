@@ -349,3 +349,56 @@ test("the colours of the film are named as before once a lost connection has com
   again.give({ kind: "response", id, side, about: ABOUT, words: { seems: "seems to repeat", ended: "", period: 100, shares: [{ code: 0, share: 1 }] } }, RUN());
   assert.deepEqual(names(), before);
 });
+
+test("the list of subjects shows what was chosen, in the gallery, as a file or by the address, before it is answered", async () => {
+  const { $, answer } = await open();
+  answer();
+  $("browse").click();
+  $("gallery").querySelectorAll(".tile").find((tile) => tile.textContent.startsWith("soft-film")).click();
+  assert.equal($("subject").value, "device:soft-film");
+  $("file").files = [file("mine.toml", "disc_radius = 1")];
+  await $("file").onchange();
+  assert.equal($("subject").value, "file:");
+  const given = await open("#file=disc_radius+%3D+1");
+  assert.deepEqual([given.$("subject").value, given.$("subject").selectedOptions.map((o) => o.textContent)], ["file:", ["device file"]]);
+});
+
+test("an address that falls back is no step of the history", async () => {
+  const { socket, last, answer } = await open("#device=biased-pump&frequency=-1+Hz"), steps = page.steps.length;
+  socket.give({ kind: "error", id: last("look").id, side: "a", control: "frequency", message: "frequency = -1 Hz: must be positive" });
+  answer(); wait(300);
+  assert.deepEqual([page.steps.length - steps, location.hash.includes("frequency=-1")], [0, false]);
+});
+
+test("the colours of the film in the legend are those of the theme, and its states those of the motion that is shown", async () => {
+  const { $, answer, give } = await open(), items = () => $("film-legend").querySelectorAll("li").map((li) => [li.textContent, li.querySelector("i").style.background]);
+  answer(RUN(), {}, { shares: [{ code: 0, share: 0.5 }, { code: 1, share: 0.5 }] });
+  give("kind", { regime: 1, lines: ["periodic, period 1"], extent: [4, 5], shares: [{ code: 0, share: 1 }] }, { ot: Float32Array.of(0, 50, 100), ox: Float32Array.of(4, 5, 4), ou: Float32Array.of(0, 0, 0), ov: Float32Array.of(0, 90, 0), ofilm: Uint8Array.of(0, 0, 0), px: Float32Array.of(4), pu: Float32Array.of(0) });
+  for (const [theme, colours] of [["light", LIGHT], ["dark", DARK], ["light", LIGHT]]) {
+    if (document.documentElement.dataset.theme !== theme) $("theme").click();
+    for (const [motion, states] of [["start", [["film taut", colours.taut], ["film hoop slack", colours.around]]], ["settled", [["film taut", colours.taut]]]]) {
+      document.querySelectorAll("#motion button").find((b) => b.dataset.motion === motion).click();
+      assert.deepEqual(items(), states, `${theme} ${motion}`);
+    }
+    $("theme").click(); $("theme").click();
+    assert.deepEqual(items(), [["film taut", colours.taut]]);
+  }
+});
+
+test("each dialog opens by its button and closes by its own", async () => {
+  const { $, answer } = await open();
+  answer();
+  for (const [button, dialog] of [["browse", "gallery"], ["save", "saver"]]) for (const round of [1, 2]) {
+    $(button).click();
+    assert.equal($(dialog).open, true, `${dialog} ${round}`);
+    $(dialog).querySelectorAll("button").find((own) => own.textContent === "Close").click();
+    assert.equal($(dialog).open, false, `${dialog} ${round}`);
+  }
+});
+
+test("pictures follow each other in one row, however often something else asks for one", async () => {
+  const { $, answer } = await open(), waiting = () => page.timers.filter((timer) => [22, 38].includes(timer?.wait)).length;
+  answer();
+  if ($("play").getAttribute("aria-label") === "Play") $("play").click();
+  for (let k = 0; k < 5; k++) { draw(); $("theme").click(); draw(); assert.equal(waiting(), 1, `${k}`); }
+});

@@ -40,7 +40,6 @@ export class Link {
       if (socket !== this.socket) return;
       this.failures++;
       this.lost();
-      clearTimeout(this.timer);
       this.timer = setTimeout(() => this.connect(), this.wait);
       this.wait = Math.min(2 * this.wait, LATEST);
     };

@@ -1,6 +1,7 @@
 // A map over two parameters: kinds of motion cell by cell, thresholds and the curves of bifurcations.
 import { colours, mix } from "./colours.js";
 import { format, make } from "./controls.js";
+import { FONT } from "./plot.js";
 import { DRIVE, IMPOSSIBLE, Panel, fill, hatch, kindOf, labelled, picker, regimeColour, sample } from "./work.js";
 
 const CELLS = [65, 49], NEAR = 6;
@@ -170,7 +171,7 @@ export class MapPanel extends Panel {
       p.line(xs, ys, { colour: c.panel, width: 4 });
       p.line(xs, ys, { colour: c.ink, width: 1.6, dash: [6, 4] });
     }
-    g.font = "600 11px system-ui, sans-serif";
+    g.font = `600 ${FONT}`;
     for (const { name, x: xs, y: ys } of this.lines) {
       const inside = [...xs.keys()].filter((i) => xs[i] > p.x[0] && xs[i] < p.x[1] && ys[i] > p.y[0] && ys[i] < p.y[1]);
       if (!inside.length) continue;

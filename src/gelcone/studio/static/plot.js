@@ -2,7 +2,7 @@
 import { colours } from "./colours.js";
 import { format, make, typeset } from "./controls.js";
 
-const FONT = "11px system-ui, 'Segoe UI', Roboto, sans-serif";
+export const FONT = "11px system-ui, 'Segoe UI', Roboto, sans-serif";
 
 /** @param {number} low @param {number} high @param {number} most @returns {[number, string][]} places and texts */
 export function ticks(low, high, most) {
