@@ -286,3 +286,32 @@ test("the names of two settings stand below their cones, whatever the room", () 
     for (const [text, , top] of names) assert.ok(top >= lowest, `${w} × ${h} ${text}: ${top} ${lowest}`);
   }
 });
+
+test("the cone is drawn as sharp as the screen", () => {
+  for (const d of [1, 2]) {
+    globalThis.devicePixelRatio = d;
+    const { own, g } = cone([{}]);
+    assert.deepEqual([own.canvas.width, own.canvas.height, g.calls.find((c) => c.name === "setTransform").args], [640 * d, 480 * d, [d, 0, 0, d, 0, 0]]);
+  }
+  globalThis.devicePixelRatio = 1;
+});
+
+test("the disc can be taken over its whole breadth", () => {
+  const { own } = cone([{}]), scale = own.scale({ about: ABOUT, low: 0, high: 20 }), middle = (640 - 46) / 4, y = own.ground({ about: ABOUT, low: 0, high: 20 }, 480, scale) - 10 * scale;
+  own.hands = { disc() {}, volts() {} };
+  for (const [share, taken] of [[-1.5, false], [-0.9, true], [0, true], [0.9, true], [1.5, false]]) {
+    own.canvas.onpointermove({ clientX: 10 + middle + share * 8 * scale, clientY: 20 + y, pointerId: 1, type: "pointermove" });
+    assert.equal(own.canvas.style.cursor === "ns-resize", taken, `${share}`);
+  }
+});
+
+test("each line is begun anew, so that none is drawn again in the colour of the next", () => {
+  const shape = [[8, 1], [20, 0.4], [30, 0]].map(([radius, rise]) => ({ radius, rise, stretch: 1, wrinkled: false }));
+  for (const film of FILM.keys()) for (const shapes of [[null, null], [shape, null]]) {
+    let begun = false;
+    for (const { name } of cone([{ films: [film, film], shapes, about: { ...ABOUT, second: 30 } }]).g.calls) {
+      if (name === "beginPath") begun = true;
+      if (name === "stroke") { assert.ok(begun, `${film}`); begun = false; }
+    }
+  }
+});

@@ -157,3 +157,12 @@ test("a panel that is outdated and then left is not computed until it is opened 
     assert.equal(count(), 2, right);
   }
 });
+
+test("only the first button of a mouse and the first finger move a setting or a range", () => {
+  for (const right of ["map", "strip", "envelope"]) for (const other of [{ button: 2 }, { button: 1 }, { isPrimary: false }]) {
+    const { canvas, p, gone, state } = right === "envelope" ? envelope() : setUp(right), before = JSON.stringify([state.x, state.y]);
+    canvas.onpointerdown({ ...pointer(p, 200, 200), ...other });
+    for (const type of ["move", "up"]) canvas[`onpointer${type}`]({ ...pointer(p, 300, 300), ...other });
+    assert.deepEqual([gone.length, JSON.stringify([state.x, state.y])], [0, before], `${right} ${JSON.stringify(other)}`);
+  }
+});

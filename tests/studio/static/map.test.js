@@ -5,6 +5,7 @@ import { LIST, cells, placed, pointer, setUp } from "./grid_panels.js";
 import { LIGHT, boxes, browser, draw, forget, near, overlapping, texts, wait } from "./page.js";
 
 browser();
+const { setTheme } = await import("../../../src/gelcone/studio/static/colours.js");
 
 test("a map is asked for over the drive, once it is looked at", () => {
   const { asked, said, state } = setUp();
@@ -281,4 +282,24 @@ test("the ground of a name over a map is measured in the letters in which the na
   const written = p.context.calls.filter((c) => c.name === "fillText" && widths.has(c.args[0]));
   assert.equal(written.length, 2);
   for (const c of written) assert.equal(c.font, widths.get(c.args[0]), c.args[0]);
+});
+
+test("the full range is asked for anew", () => {
+  const { panel, page, state, asked } = setUp(), steps = [];
+  page.keep = (step) => steps.push(step);
+  Object.assign(state, { x: ["voltage_amplitude", 1, 2] });
+  panel.out.click();
+  assert.deepEqual([asked.at(-1)[0], asked.at(-1)[1].x, steps], ["map", ["voltage_amplitude", 0, 1600], [true]]);
+});
+
+test("an exponent of zero has nearly the colour of the ground, in both themes", () => {
+  for (const [theme, bright] of [["light", true], ["dark", false]]) {
+    const { grids, panel, id } = setUp(), own = cells(() => 1);
+    setTheme(theme);
+    own.exponent[0] = 0;
+    grids.message({ kind: "cells", id: id(), share: 1 }, own);
+    panel.view.value = "exponent"; panel.view.onchange();
+    assert.ok(panel.shader(panel.nearest())(0).match(/\d+/g).every((v) => (bright ? v > 200 : v < 60)), theme);
+  }
+  setTheme("light");
 });
