@@ -24,6 +24,7 @@ from gelcone.continuum.mesh import Film, interpolated, mesh_film
 from gelcone.continuum.path import Ending, Point, cone, flat, newton, reach, slackens
 from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
+from gelcone.physics.film.gel import cone_reach
 from gelcone.physics.film.pull_in import DEFAULT_RADIUS_RATIO
 from gelcone.physics.model import ConeModel, single
 from gelcone.progress import Progress
@@ -166,7 +167,7 @@ def compare(
     held = np.where(tense, held, np.nan)
     films = [mesh_film(member, ratio, elements) for member, ratio in zip(members, ratios, strict=True)]
     reached = np.array([limit_displacements(film) for film in films])
-    cones = np.array([[_cone_limit(member, share) for share in LIMIT_SHARES] for member in members])
+    cones = np.array([_cone_limit(member, LIMIT_SHARES) for member in members])
     at = ("constant_voltage", "displacement")
     cone_values = dataset.label(
         model,
@@ -230,7 +231,7 @@ def limit_displacements(film: Film, shares: Sequence[float] = LIMIT_SHARES) -> A
     NaN where it does not: for a film without limit, or where Newton's method does not get that far.
     """
     found = np.full(len(shares), np.nan)
-    step = 1.2 * _cone_limit(film.model, max(shares)) / LIMIT_STEPS
+    step = 1.2 * float(_cone_limit(film.model, max(shares))) / LIMIT_STEPS
     if not step > 0.0:
         return found
     before: Point | None = None
@@ -265,18 +266,10 @@ def _raised_to(film: Film, below: Point | None, height: float) -> Point | None:
     return point if point is not None and point.stable and not slackens(point) else None
 
 
-def _cone_limit(model: ConeModel, share: float) -> float:
-    """The displacement at which the cone reaches a share of its stretch limit; NaN if it never does.
-
-    A q + B + G/q - 3 = share times the limit is quadratic in q = 1 + x^2.
-    """
-    c, limit = model.numbers(), float(model.strain_limit())
-    half = 0.5 * (share * limit + 3.0 - float(c["B"]))
-    inside = half * half - float(c["A"] * c["G"])
-    if not np.isfinite(limit) or half <= 0.0 or inside < 0.0:
-        return float("nan")
-    q = (half + np.sqrt(inside)) / float(c["A"])
-    return float(np.sqrt(q - 1.0)) if q >= 1.0 else float("nan")
+def _cone_limit(model: ConeModel, shares: npt.ArrayLike) -> Array:
+    """The displacements at which the cone reaches shares of its stretch limit; NaN where it does not."""
+    found = cone_reach(np.asarray(shares) * model.strain_limit(), model.own_numbers)[1]
+    return np.where(np.isfinite(found), found, np.nan)
 
 
 # --- the mesh --------------------------------------------------------------------------------------------------------

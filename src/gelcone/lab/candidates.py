@@ -15,6 +15,7 @@ from gelcone.devices.cone import critical_share
 from gelcone.devices.device import Device
 from gelcone.devices.fields import DAMPINGS
 from gelcone.physics.bracket import halved
+from gelcone.physics.film.gel import cone_reach
 from gelcone.quantity import Array
 
 HEIGHTS = 40
@@ -108,11 +109,8 @@ def _rms(values: Array) -> Array:
 def _rest(system: Any, n: Any, size: int) -> tuple[Array, Array]:
     """The rest without voltage, NaN if there is none, and the largest height below the stretch limit, (members, 1)."""
     film = system.film
-    most = np.full((size, 1), GREATEST_HEIGHT)
-    limit = np.broadcast_to(film.strain_limit(n), (size, 1)) * (1.0 - 1e-6)
-    half = 0.5 * (limit + 3.0 - n["B"])
-    above = (half + np.sqrt(half**2 - n["A"] * n["G"])) / n["A"]
-    most = np.where(np.isfinite(limit), np.minimum(np.sqrt(above - 1.0), most), most)
+    highest = cone_reach(film.strain_limit(n) * (1.0 - 1e-6), n)[1]
+    most = np.minimum(np.broadcast_to(highest, (size, 1)), GREATEST_HEIGHT)
     low, high = np.full((size, 1), 1e-6), most.copy()
     held = (system.static_force(low, 0.0, n)[0] < 0.0) & (system.static_force(high, 0.0, n)[0] > 0.0)
     low, high = halved(lambda x: ~(system.static_force(x, 0.0, n)[0] > 0.0), low, high, BISECTIONS)

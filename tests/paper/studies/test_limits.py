@@ -18,11 +18,11 @@ from gelcone.paper.studies import limits
 from gelcone.paper.studies.limits import (
     STARTS,
     STEP,
-    _reach,
     beyond,
     limit_map,
     linear_limit,
 )
+from gelcone.paper.studies.study import reach_of
 from gelcone.physics.model import ConeModel
 from gelcone.presets import find_preset
 
@@ -67,7 +67,7 @@ def test_the_free_oscillator_has_the_film_that_was_asked_for():
 
 def test_the_reach_is_where_the_film_meets_its_limit():
     model = find_preset("fast").model.replace(stretch_limit=np.array([0.5, 10.0]))
-    reach = _reach(model)
+    reach = reach_of(model)
     np.testing.assert_allclose(model.strain(reach), [0.5, 10.0], rtol=1e-12)
     assert reach[0] == pytest.approx(1.0)  # q + 1/q - 2 = 1/2 at q = 2
 
@@ -78,7 +78,7 @@ def test_small_limits_start_from_half_of_what_they_allow():
     assert (limits[0], limits[-1], limits.size) == (pytest.approx(0.02), pytest.approx(2.0), 4)
     np.testing.assert_allclose(found["initial_strain"], 0.5)
     np.testing.assert_allclose(
-        2.0 * found["inside_start"], _reach(find_preset("fast").model.replace(stretch_limit=limits))
+        2.0 * found["inside_start"], reach_of(find_preset("fast").model.replace(stretch_limit=limits))
     )
     assert (found["fixed_step_beyond"].values[limits < 0.5] > 0.0).all()
     assert (found["outcome"] == Outcome.OK).all()
@@ -172,7 +172,7 @@ def test_the_window_of_small_limits_is_that_of_the_effort_and_all_are_of_the_mem
     found = beyond(replace(TINY, window=41.0), shares.append)
     preset = find_preset("fast")
     assert asked["fixed"] == (preset.initial, STEP, 820)
-    half = 0.5 * _reach(asked["model"])
+    half = 0.5 * reach_of(asked["model"])
     np.testing.assert_allclose(asked["states"], np.stack([half, np.zeros(count)], axis=1))
     assert asked["options"] == {"patience": 300.0}
     np.testing.assert_array_equal(found["fixed_step_exponent"], numbers)

@@ -8,6 +8,7 @@ import xarray as xr
 
 from gelcone.paper.effort import QUICK
 from gelcone.paper.studies import statics as module
+from gelcone.paper.studies.study import reach_of
 
 MODEL = QUICK.preset("fast").model
 
@@ -15,7 +16,7 @@ MODEL = QUICK.preset("fast").model
 @pytest.mark.parametrize("limit", [1.0, 5.0, 100.0])
 def test_the_reach_of_a_film_is_where_its_strain_meets_the_limit(limit):
     model = MODEL.replace(stretch_limit=np.array([limit]))
-    (reach,) = module._reach(model)
+    (reach,) = reach_of(model)
     q = 1.0 + reach**2
     assert q + 1.0 / q - 2.0 == pytest.approx(limit, rel=1e-12)
 
@@ -40,7 +41,7 @@ def test_energies_over_the_phase_plane_are_those_of_film_spring_and_motion():
     assert [dim.removeprefix("surface_") for dim in dims] == ["limit", "displacement", "velocity"]
     for k, limit in enumerate(limits):
         model = MODEL.replace(stretch_limit=float(limit))
-        reach = float(module._reach(model.replace(stretch_limit=np.array([limit])))[0])
+        reach = float(reach_of(model.replace(stretch_limit=np.array([limit])))[0])
         for i in (0, 75, 150, 180):
             if abs(x[i]) >= reach:
                 assert np.isnan(total[k, i]).all()
@@ -60,7 +61,7 @@ def test_the_force_of_a_film_is_the_slope_of_its_energy_and_leaves_out_the_sprin
     assert float(MODEL.spring_stiffness) > 0.0
     np.testing.assert_allclose(force[row][middle], alone.force(x[middle]), rtol=1e-12, atol=1e-15)
     np.testing.assert_allclose(energy[row][middle], alone.energy(x[middle]), rtol=1e-12, atol=1e-15)
-    np.testing.assert_allclose(found["reach"], module._reach(MODEL.replace(stretch_limit=np.array(module.LIMITS))))
+    np.testing.assert_allclose(found["reach"], reach_of(MODEL.replace(stretch_limit=np.array(module.LIMITS))))
 
 
 @pytest.mark.parametrize("film", ["taut", "wrinkling"])

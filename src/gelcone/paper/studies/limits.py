@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,8 +21,8 @@ from gelcone.paper.reading import STARTS
 from gelcone.paper.sampling import SIGN_BUDGET, Sample, sampled
 from gelcone.paper.studies.diagrams import PANELS
 from gelcone.paper.studies.samples import half, rows_same
-from gelcone.paper.studies.study import OF_FORCE, Progress, Study
-from gelcone.physics.bracket import crossing, halved
+from gelcone.paper.studies.study import OF_FORCE, Progress, Study, reach_of
+from gelcone.physics.bracket import crossing
 from gelcone.physics.model import ConeModel
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ def beyond(effort: Effort, progress: Progress) -> xr.Dataset:
     model = preset.model.replace(stretch_limit=limits)
     run = fixed_step(model, preset.initial, STEP, int(effort.window / STEP))
     progress(0.5)
-    half, start = 0.5 * _reach(model), np.full(len(limits), preset.initial[0])
+    half, start = 0.5 * reach_of(model), np.full(len(limits), preset.initial[0])
     inside = np.stack([half, np.zeros_like(half)], axis=1)
     evidence = classify(model.members(), inside, patience=effort.patience)
     progress(0.5)
@@ -92,12 +92,6 @@ def beyond(effort: Effort, progress: Progress) -> xr.Dataset:
         options={"step": STEP, "window": effort.window},
         title="beyond the stretch limit",
     )
-
-
-def _reach(model: ConeModel) -> Any:
-    """Largest displacement within the stretch limit, by bisection, (members,)."""
-    low, high = np.zeros(model.size), np.full(model.size, 100.0)
-    return halved(lambda x: model.strain(x) < model.strain_limit(), low, high, 60)[0]
 
 
 def large_limits(effort: Effort, progress: Progress) -> xr.Dataset:

@@ -11,7 +11,7 @@ from gelcone import dataset
 from gelcone.dataset import attributes
 from gelcone.motion.equilibrium import static as static_curves
 from gelcone.paper.effort import Effort
-from gelcone.paper.studies.study import OF_FORCE, Progress, Study, about
+from gelcone.paper.studies.study import OF_FORCE, Progress, Study, about, reach_of
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
 
@@ -48,7 +48,7 @@ def energy(effort: Effort, progress: Progress) -> xr.Dataset:
     """Strain energy over displacement for seven stretch limits; energy without voltage over the phase plane for two."""
     preset = effort.preset("fast")
     model = preset.model.replace(stretch_limit=np.array(LIMITS))
-    reach = _reach(model)
+    reach = reach_of(model)
     # the energy grows logarithmically towards the limit: points must be ever closer to it
     near = (reach[:, None] * (1.0 - np.logspace(-3.0, -12.0, 10))).ravel()
     near = near[near < WIDEST]
@@ -66,12 +66,6 @@ def energy(effort: Effort, progress: Progress) -> xr.Dataset:
     result = result.swap_dims(member="stretch_limit").assign(_surfaces(preset.model))
     progress(1.0)
     return about(result, result, preset.name, "stretch_limit", effort, {}, "energies")
-
-
-def _reach(model: ConeModel) -> Array:
-    """The displacement (members,) at which I1 - 3 = J, without pre-stretch: q + 1/q - 2 = J."""
-    limit = np.asarray(model.strain_limit())
-    return np.sqrt(0.5 * (limit + np.sqrt(limit * (limit + 4.0))))
 
 
 def _surfaces(base: ConeModel) -> dict[str, Any]:

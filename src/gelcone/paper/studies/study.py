@@ -15,7 +15,9 @@ from gelcone.motion.regime import label_evidence
 from gelcone.motion.start import start_states
 from gelcone.paper.effort import Effort
 from gelcone.paper.films import CREEPING, MEMBRANE, WRINKLING
+from gelcone.physics.film.gel import cone_reach
 from gelcone.physics.model import ConeModel
+from gelcone.quantity import Array
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -48,6 +50,11 @@ def kinds_of(model: ConeModel, initial: tuple[float, float], effort: Effort) -> 
     states = start_states(model, initial)
     evidence = classify(model.members(), states, transient=transient, patience=effort.patience)
     return label_evidence(model, evidence, {"transient": transient, "patience": effort.patience}, "regime of motion")
+
+
+def reach_of(model: ConeModel) -> Array:
+    """The displacements (members,) at which cones reach their stretch limit."""
+    return np.asarray(cone_reach(model.strain_limit(), model.own_numbers)[1])
 
 
 def merged(*parts: xr.Dataset) -> xr.Dataset:

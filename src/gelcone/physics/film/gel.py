@@ -31,6 +31,21 @@ PRESTRETCHES = {
 RADIUS_RATIO = {"radius_ratio": Quantity("a/b", "radius of the disc over that of the ring", 0.2, positive=True)}
 
 
+def cone_reach(strain: Any, n: Numbers) -> tuple[Any, Any]:
+    """The smallest and largest |x| between which I1 - 3 of the homogeneous cone is less than ``strain``; NaN where it
+    never is.
+
+    A q + B + G/q - 3 = strain is quadratic in q = 1 + x^2.
+    """
+    half, middle = 0.5 * (strain + 3.0 - n["B"]), np.sqrt(n["A"] * n["G"])
+    with np.errstate(invalid="ignore", divide="ignore"):
+        above = (half + np.sqrt(half - middle) * np.sqrt(half + middle)) / n["A"]
+        below = n["G"] / (n["A"] * above)
+        inside = (half > middle) & (above > 1.0)
+        low, high = np.sqrt(np.maximum(below - 1.0, 0.0)), np.sqrt(above - 1.0)
+        return np.where(inside, low, np.nan)[()], np.where(inside, high, np.nan)[()]
+
+
 class GelFilm(Film):
     """A film with a strain-energy law and pre-stretches; its numbers are A, B, G and those of the law."""
 

@@ -21,7 +21,7 @@ import numpy as np
 
 from gelcone.physics.component import Numbers
 from gelcone.physics.film.film import FilmState, TracedState
-from gelcone.physics.film.gel import RADIUS_RATIO, BranchedFilm
+from gelcone.physics.film.gel import RADIUS_RATIO, BranchedFilm, cone_reach
 
 
 @dataclass(frozen=True)
@@ -95,19 +95,8 @@ class TautCone(BranchedFilm):
         return self.law.strain_limit(n)
 
     def reach(self, n: Numbers) -> tuple[float, float]:
-        """The range between the two roots in q >= 1 of A q + B + G/q - 3 = limit, a quadratic in q."""
-        limit = float(self.strain_limit(n))
-        A, B, G = (float(n[name]) for name in "ABG")
-        half, middle = 0.5 * (limit + 3.0 - B), math.sqrt(A * G)
-        if math.isinf(limit):
-            return 0.0, math.inf
-        if half <= middle:
-            return math.nan, math.nan
-        above = (half + math.sqrt(half - middle) * math.sqrt(half + middle)) / A
-        below = G / (A * above)
-        if above <= 1.0:
-            return math.nan, math.nan
-        return (math.sqrt(below - 1.0) if below > 1.0 else 0.0), math.sqrt(above - 1.0)
+        least, most = cone_reach(self.strain_limit(n), n)
+        return float(least), float(most)
 
     def outside(self, x: float, n: Numbers) -> str:
         limit, strain = float(self.strain_limit(n)), float(self.strain(x, n))
