@@ -289,3 +289,17 @@ def test_readings_of_a_test_stand_in_a_row_with_their_noise_units_and_instrument
     assert test.deviations.tolist() == [0.1, 0.2, 0.3, 0.4]
     assert test.readings == [("m", "laser"), ("m", "laser"), ("A", "ammeter"), ("A", "ammeter")]
     assert [rows_read(rows).step for rows in (1, 500, 501, 1000, 1001)] == [1, 1, 2, 2, 3]
+
+
+@pytest.mark.parametrize("changes", [{}, {"circuit": "amplifier"}, CREEP])
+def test_a_film_that_pulls_in_within_a_period_has_no_response_and_no_settled_motion(changes):
+    """With states of films and circuits and without."""
+    own = gelcone.find_device("biased-pump").replace({**changes, "film": "wrinkling"})
+    offset, amplitude = np.array([1700.0, 2200.0]), np.array([400.0, 600.0])
+    found = alone(own).response(offset, amplitude, np.full(2, 8.0))[0]
+    stroke = 2e3 * np.hypot(found[:2], found[2:])
+    driven = [own.replace(voltage_offset=v, voltage_amplitude=a) for v, a in zip(offset, amplitude, strict=True)]
+    settled = [gelcone.settled(one.replace(frequency=8.0)) for one in driven]
+    assert [int(one["outcome"]) for one in settled] == [gelcone.Outcome.OK, gelcone.Outcome.PULLED_IN]
+    assert stroke[0] == pytest.approx(float(settled[0]["stroke"]), rel=5e-3)
+    assert np.isnan(stroke[1])

@@ -12,7 +12,7 @@ from gelcone.errors import InputError
 from gelcone.lab import material as module
 from gelcone.lab.coupons import Coupon, Spectrum
 from gelcone.lab.material import fit_material, fitted_material, fitted_text
-from gelcone.lab.material_fit import Band
+from gelcone.lab.material_fit import Band, errors_of
 from gelcone.lab.measured import Measured
 from gelcone.physics.laws import LAWS
 
@@ -73,7 +73,7 @@ def test_an_interval_is_that_of_the_central_draws_on_a_line_or_in_the_logarithm(
 
 
 def test_an_error_is_the_root_mean_square_over_the_largest_stress():
-    assert module._error(coupon(), np.array([1.0, 1.0, -4.0])) == pytest.approx(np.sqrt(5.0 / 3.0) / 4.0)
+    assert errors_of([coupon()], np.array([1.0, 1.0, -4.0])) == pytest.approx(np.sqrt(5.0 / 3.0) / 4.0)
 
 
 def test_numbers_of_branches_are_counted_once_and_bounded():
@@ -172,7 +172,10 @@ def test_a_fit_hands_tests_and_options_to_its_parts(monkeypatch, count, draws):
             asked.update(tests=[test.name for test in tests], flow=flow, permittivity=permittivity)
 
     def result(coupons, predicted, data, compared, key, spread, band):
-        asked.update(uses=[test.use for test in coupons], predicted=predicted, key=key, spread=spread, band=band)
+        ends = np.cumsum([test.stress.size for test in coupons])[:-1]
+        asked.update(
+            uses=[test.use for test in coupons], predicted=np.split(predicted, ends), key=key, spread=spread, band=band
+        )
         return xr.Dataset()
 
     best, kept = Best(), Band(0.1, 0.9, 0.8)
@@ -223,6 +226,8 @@ def test_the_errors_of_a_test_are_those_of_the_fit_to_all_and_of_that_to_the_oth
             error = np.sqrt(np.mean((own[of] - own["stress"]).values ** 2)) / own["stress"].values.max()
             assert float(found[name][k]) == pytest.approx(error, rel=1e-12)
         assert float(found["left_out_error"][k]) > 1.02 * float(found["error"][k])
+    for of_all, of_tests in (("fit_error", "error"), ("prediction_error", "left_out_error")):
+        assert found[of_all].item() == pytest.approx(float(found[of_tests].mean()), rel=1e-4)
     for name, variable in found.variables.items():
         assert {"long_name", "units", "quantity"} <= set(variable.attrs), name
 

@@ -252,7 +252,7 @@ def test_errors_weigh_all_tests_alike():
     data = Tabulated([pulled("a", 0.1, 2.0), held("b", 3.0)], "log", 5.0)
     largest = [np.abs(test.stress).max() for test in data.tests]
     shifted = data.curves.stress + 0.1 * np.array(largest)[data.curves.test]
-    np.testing.assert_allclose(errors_of(data, shifted), 0.1)
+    np.testing.assert_allclose(errors_of(data.tests, shifted), 0.1)
 
 
 def refusal(tests, material=None, **options):

@@ -32,11 +32,10 @@ from gelcone.motion.natural import frequencies_under
 from gelcone.motion.regular import solved_where_regular
 from gelcone.physics.commanded import under_commands
 from gelcone.physics.members import Members
+from gelcone.physics.statics import stable_near
 from gelcone.physics.waveforms import Samples
 from gelcone.quantity import Array
 
-SAME = 1e-13
-"""A Newton step of this size, over the length b - a, ends the search for a balance."""
 SIDE = 1e-9
 """Distance on both sides of a corner of the voltage at which the current is computed, over the length of a series."""
 MOST_READ = 500
@@ -198,15 +197,12 @@ class Variants:
     def _balanced(self, x: Array, squared: Any, load: Any = 0.0) -> Array:
         """Find the stable equilibrium near x at a squared voltage and under a load by Newton's method; NaN if that
         fails."""
-        for _ in range(NEWTON_STEPS):
+
+        def balance(x: Array) -> tuple[Array, Array]:
             force, slope = self.force(x, squared)
-            force = force + load
-            with np.errstate(invalid="ignore"):
-                step = np.clip(force / np.where(slope > 0.0, slope, np.nan), -LONGEST_STEP, LONGEST_STEP)
-            x = x - step
-            if not np.nanmax(np.abs(step), initial=0.0) > SAME:
-                break
-        return np.where(np.abs(step) < 1e-9, x, np.nan)
+            return force + load, slope
+
+        return stable_near(x, balance, longest=LONGEST_STEP)[0]
 
     # --- the kinds of tests -------------------------------------------------------------------------------------------
 
@@ -294,28 +290,33 @@ class Variants:
         offset, amplitude = (np.broadcast_to(one, (self.members.size, len(frequency))) for one in (offset, amplitude))
         omega = np.asarray(frequency) / self.scale("frequency")
         start = self._start(key, self.members.size)
-        if not self.members.system.planar:
-            found = self._with_states(offset, amplitude, omega, start)
+        if start is None:
+            start = self._linear(offset, amplitude, omega)
+        if self.members.system.planar:
+            found = self._balance(offset, amplitude, omega, start)
         else:
-            found = self._balance(
-                offset, amplitude, omega, self._linear(offset, amplitude, omega) if start is None else start
-            )
+            driven = self._driven(offset, amplitude, omega)
+            found = balanced(driven, start.reshape(driven.size, *start.shape[-2:])).reshape(start.shape)
         self._states[key] = found
         disc = found if self.members.system.planar else found[..., 0, :]
         size = (self.scale("length") * self.gains["laser"])[..., None]
         return np.concatenate(list(np.moveaxis((size * disc)[..., 1:], -1, 0)), axis=1)
 
-    def _with_states(self, offset: Array, amplitude: Array, omega: Array, start: Array | None) -> Array:
-        """Mean, sine and cosine of all states, (variants, rows, states, 3)."""
+    def _driven(self, offset: Array, amplitude: Array, omega: Array) -> Members:
+        """The variants under every sine, (variants * rows,)."""
         variant = np.repeat(np.arange(self.members.size), omega.shape[1])
         driven = {"voltage_bias": offset, "voltage": amplitude, "drive_frequency": omega}
-        members = self.members.take(variant).replace(**{name: value.ravel() for name, value in driven.items()})
-        if start is None:
-            gain, n = self.members.system.circuit.gain, self.n
-            mean = np.abs(gain(0.0, n) * offset) ** 2 + 0.5 * np.abs(gain(omega, n) * amplitude) ** 2
-            start = linear_motion(members, self._raised(mean / np.abs(gain(0.0, n)) ** 2).ravel())
-        found = balanced(members, np.reshape(start, (members.size, *np.shape(start)[-2:])))
-        return found.reshape(*offset.shape, *found.shape[1:])
+        return self.members.take(variant).replace(**{name: value.ravel() for name, value in driven.items()})
+
+    def _linear(self, offset: Array, amplitude: Array, omega: Array) -> Array:
+        """The linear motion about the equilibrium at the mean square of the voltage, as a first guess: mean, sine and
+        cosine, (variants, rows, 3), or of all states, (variants, rows, states, 3), where there are more."""
+        gain, n = self.members.system.circuit.gain, self.n
+        mean = np.abs(gain(0.0, n) * offset) ** 2 + 0.5 * np.abs(gain(omega, n) * amplitude) ** 2
+        x = self._raised(mean / np.abs(gain(0.0, n)) ** 2)
+        motion = linear_motion(self._driven(offset, amplitude, omega), x.ravel())
+        motion = motion.reshape(*offset.shape, *motion.shape[1:])
+        return motion[..., 0, :] if self.members.system.planar else motion
 
     def _raised(self, squared: Array) -> Array:
         """The equilibrium under squared voltages, (variants, rows), continued from the rest."""
@@ -373,17 +374,6 @@ class Variants:
             if not moving.size:
                 break
         return np.where(size[:, None] < 1e-8, c, np.nan).reshape(start.shape)
-
-    def _linear(self, offset: Array, amplitude: Array, omega: Array) -> Array:
-        """The linear response about the equilibrium at the mean square of the voltage, as a first guess."""
-        mean = offset**2 + 0.5 * amplitude**2
-        x = self._raised(mean)
-        here, slope = self.force(x, mean)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            gain = (here - self.force(x, mean * (1.0 + 1e-6))[0]) / (1e-6 * mean)
-        with np.errstate(invalid="ignore"):
-            motion = gain * 2.0 * offset * amplitude / (slope - omega**2 + 2j * self.damping * omega)
-        return np.stack([x, motion.real, motion.imag], axis=-1)
 
 
 def _currents(members: Members, times: Array, z: list[Array]) -> Array:

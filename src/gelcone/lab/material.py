@@ -28,6 +28,7 @@ from gelcone.lab.material_fit import (
     bootstrap,
     choose,
     compare,
+    errors_of,
     largest,
 )
 from gelcone.lab.measured import Measured
@@ -126,7 +127,7 @@ def fit_material(
     gel = _material(known, permittivity, best, fitted, flow, band)
     coupons = [test if test.use == "leave out" or _predictable(test) else _unpredictable(test) for test in coupons]
     predicted = [stress_of(test, gel) if _predictable(test) else np.full(len(test.stress), np.nan) for test in coupons]
-    result = _result(coupons, predicted, data, compared, key, spread, band)
+    result = _result(coupons, np.concatenate(predicted), data, compared, key, spread, band)
     counted.finish()
     options = {"laws": chosen_laws, "branches": counts, "flow": flow, "draws": draws, "seed": seed}
     return result.assign_attrs(
@@ -334,7 +335,7 @@ def _unpredictable(test: Coupon) -> Coupon:
 
 def _result(
     coupons: Sequence[Coupon],
-    predicted: Sequence[Array],
+    predicted: Array,
     data: Tabulated,
     compared: Mapping[tuple[str, int], Compared],
     key: tuple[str, int],
@@ -355,20 +356,20 @@ def _result(
     left_out = dict(
         zip(map(id, data.tests), np.split(best.predicted, np.cumsum(_lengths(data.tests))[:-1]), strict=True)
     )
-    without = [left_out.get(id(test), np.full(len(test.stress), np.nan)) for test in coupons]
+    without = np.concatenate([left_out.get(id(test), np.full(len(test.stress), np.nan)) for test in coupons])
     sample = dataset.columns("sample", {
         "sample_test": (np.repeat(np.arange(len(coupons)), _lengths(coupons)), "number of its test", "count"),
         "time": (np.concatenate([t.time for t in coupons]), "time since the film began to be stretched", _SECONDS),
         "stretch": (np.concatenate([t.stretch for t in coupons]), "stretch along the coupon", "share"),
         "stress": (np.concatenate([t.stress for t in coupons]) / 1e3, "measured nominal stress", _KILOPASCALS),
-        "predicted": (np.concatenate(list(predicted)) / 1e3, "nominal stress of the material", _KILOPASCALS),
-        "left_out": (np.concatenate(without) / 1e3, "nominal stress predicted from the other tests", _KILOPASCALS),
+        "predicted": (predicted / 1e3, "nominal stress of the material", _KILOPASCALS),
+        "left_out": (without / 1e3, "nominal stress predicted from the other tests", _KILOPASCALS),
     })  # fmt: skip
     test = dataset.columns("test", {
         **{f"test_{key}": ([getattr(t, key) for t in coupons], words, "code") for key, words in _WORDS.items()},
         "largest_stress": ([largest(t) / 1e3 for t in coupons], "largest measured stress of a test", _KILOPASCALS),
-        "error": ([_error(t, p) for t, p in zip(coupons, predicted, strict=True)], _ERROR, "share"),
-        "left_out_error": ([_error(t, p) for t, p in zip(coupons, without, strict=True)], _ERROR_OUT, "share"),
+        "error": (errors_of(coupons, predicted), _ERROR, "share"),
+        "left_out_error": (errors_of(coupons, without), _ERROR_OUT, "share"),
         "voltage": ([t.voltage for t in coupons], "voltage on the coupon", {"units": "V", "quantity": "voltage"}),
     })  # fmt: skip
     table = dataset.columns(("law", "branch_count"), {
@@ -416,10 +417,6 @@ _WORDS = {
 
 def _lengths(tests: Sequence[Coupon]) -> list[int]:
     return [len(test.stress) for test in tests]
-
-
-def _error(test: Coupon, stress: Array) -> float:
-    return float(np.sqrt(np.mean((stress - test.stress) ** 2)) / largest(test))
 
 
 def _intervals(values: Array, drawn: Array) -> tuple[Array, Array]:

@@ -258,7 +258,7 @@ class Compared(NamedTuple):
 
     def error(self, left_out: bool) -> float:
         """The mean over the tests of the root mean square of the residuals, over the largest stress."""
-        return float(np.mean(errors_of(self.fitted.candidate.data, self.predicted if left_out else self.stress)))
+        return float(np.mean(errors_of(self.fitted.candidate.data.tests, self.predicted if left_out else self.stress)))
 
     @property
     def stress(self) -> Array:
@@ -266,10 +266,11 @@ class Compared(NamedTuple):
         return self.fitted.candidate.stress(self.fitted.theta)
 
 
-def errors_of(data: Tabulated, stress: Array) -> Array:
-    """Root mean square of each test's residuals over its largest stress, (tests,)."""
-    squared = ((stress - data.curves.stress) / data.curves.scale) ** 2
-    return NOISE * np.sqrt(np.bincount(data.curves.test, squared, len(data.tests)))
+def errors_of(tests: Sequence[Coupon], stress: Array) -> Array:
+    """Root mean square of each test's residuals over its largest stress, (tests,), of stresses at the samples of all in
+    a row."""
+    own = np.split(stress, np.cumsum([len(test.stress) for test in tests])[:-1])
+    return np.array([np.sqrt(np.mean((s - t.stress) ** 2)) / largest(t) for t, s in zip(tests, own, strict=True)])
 
 
 def compare(

@@ -7,6 +7,7 @@ of the voltage. Derivatives are those of the traced equation of motion, by quadr
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from gelcone.motion.regular import solved_where_regular
 from gelcone.physics.members import Members
@@ -75,7 +76,7 @@ def linear_motion(members: Members, x: Array) -> Array:
 
 def balanced(members: Members, start: Array) -> Array:
     """Mean, sine and cosine of all states, (members, states, 3), of the motion under a sine; NaN where Newton's method
-    fails."""
+    fails, or a film has pulled in at one of the phases."""
     c, count = start.copy(), start.shape[1]
     size = np.full(len(c), np.nan)
     moving = np.flatnonzero(np.isfinite(c).all(axis=(1, 2)))
@@ -94,4 +95,15 @@ def balanced(members: Members, start: Array) -> Array:
         longest = np.maximum(np.abs(step[:, 0]).max(axis=1), 1e-300)
         c[moving] -= step * np.minimum(1.0, LONGEST_STEP / longest)[:, None, None]
         moving = moving[size[moving] > SMALLEST_STEP]
-    return np.where(size[:, None, None] < BALANCED, c, np.nan)
+    found = (size < BALANCED) & ~_pulled_in(members, c)
+    return np.where(found[:, None, None], c, np.nan)
+
+
+def _pulled_in(members: Members, c: Array) -> npt.NDArray[np.bool_]:
+    """Mask (members,): a phase of the motion lies beyond a border at which a film ends."""
+    system, n, z = members.system, members.numbers(trailing=1), list(np.moveaxis(c @ BASIS, 1, 0))
+    tau = PHASE / members.values["drive_frequency"][:, None]
+    n = {**n, **system.switches(tau, z, n)}
+    with np.errstate(all="ignore"):
+        ends = [border.value(tau, z, n, np) < 0.0 for _, border in system.borders if not border.switch]
+    return np.asarray(np.any(ends, axis=(0, -1)) if ends else np.zeros(members.size, dtype=bool))

@@ -180,13 +180,14 @@ def _continued(members: Members, member: int, near: float | None) -> float | Non
     return x if abs(x - near) < FARTHEST_REST else None
 
 
-def stable_near(x: Any, balance: Callable[[Any], tuple[Any, Any]]) -> tuple[Array, Array]:
-    """The stable equilibria that Newton's method reaches from displacements x, and their stiffness; NaN where it
-    reaches none or passes where none is stable. ``balance`` returns force and stiffness at displacements."""
+def stable_near(x: Any, balance: Callable[[Any], tuple[Any, Any]], longest: float = math.inf) -> tuple[Array, Array]:
+    """The stable equilibria that Newton's method reaches from displacements x in steps of at most ``longest``, and
+    their stiffness; NaN where it reaches none or passes where none is stable. ``balance`` returns force and stiffness
+    at displacements."""
     with np.errstate(all="ignore"):
         for _ in range(NEWTON_STEPS):
             force, stiffness = balance(x)
-            step = force / np.where(stiffness > 0.0, stiffness, np.nan)
+            step = np.clip(force / np.where(stiffness > 0.0, stiffness, np.nan), -longest, longest)
             x = x - step
             change = np.abs(step) / (1.0 + np.abs(x))
             if not (change > NEWTON_ROUNDING).any():
@@ -195,7 +196,7 @@ def stable_near(x: Any, balance: Callable[[Any], tuple[Any, Any]]) -> tuple[Arra
     return np.where(near, x, np.nan), np.where(near, stiffness, np.nan)
 
 
-NEWTON_STEPS, NEWTON_ROUNDING, CONVERGED = 20, 1e-13, 1e-9
+NEWTON_STEPS, NEWTON_ROUNDING, CONVERGED = 40, 1e-13, 1e-9
 """Most steps of Newton's method, the relative size of a step that counts as rounding and ends it, and that of the last
 step above which no equilibrium is found."""
 
