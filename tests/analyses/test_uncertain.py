@@ -38,7 +38,7 @@ def test_uncertain_parameters_are_read():
         assert (spread.mean, spread.deviation) == (15.0, pytest.approx(0.45, rel=1e-15))
     assert read_uncertain(["prestretch=1.2~5%"], alone)["prestretch"].deviation == pytest.approx(0.06, rel=1e-15)
     for text, message in {
-        "spring_rate=15 N/m~-3%": "--uncertain spring_rate = '-3%': must be a share such as '2 %'",
+        "spring_rate=15 N/m~-3%": "--uncertain spring_rate = '-3%': must be greater than 0 and below 10",
         "voltage_offset=0~3%": "--uncertain voltage_offset = '3%': is a share of 0; give the deviation with a unit",
         "voltage=1~0.1": "did you mean 'voltage_amplitude'",
         "frequency=8:9 Hz": "8 has no unit, but the others do",

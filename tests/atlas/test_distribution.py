@@ -18,7 +18,10 @@ from gelcone.errors import InputError
         ),
         (lambda: Uniform(0.1, None), "None must be a number, or a text such as '0.25 mm'"),
         (lambda: draw({"film_thickness": Normal("0.25 V", "1 V")}, 4), "V is a unit of voltage, not of length"),
-        (lambda: draw({"film_thickness": Normal("0.25 mm", "-1 um")}, 4), "must be positive"),
+        (
+            lambda: draw({"film_thickness": Normal("0.25 mm", "-1 um")}, 4),
+            "deviation of film_thickness = .-1 um.: must be greater than 0 m",
+        ),
         (lambda: draw({"voltage": Normal("0.25 V", "1 V")}, 4), "voltage is not a device's field with one"),
         (lambda: in_numbers("voltage_offset", Normal("0 V", "3 %")), "is a share of 0; give the deviation with a unit"),
         (lambda: Uniform(0.3, 0.3), r"0\.3:0\.3: a uniform distribution goes from a lower to a higher bound"),

@@ -218,25 +218,32 @@ def _read(value: Any, unit: str, dimension: Dimension) -> float | str:
     return f"must be a number or a string, not {type(value).__name__}"
 
 
-def parse_share(name: str, value: Any) -> float:
-    """Read a share, ``"2 %"`` or 0.02, as a number; `FieldError` unless it is positive and below 10."""
+def share_of(value: Any) -> float:
+    """The number of a share, ``"2 %"`` or 0.02; NaN for other texts."""
     text = str(value).strip()
     try:
-        number = float(text.removesuffix("%")) * (0.01 if text.endswith("%") else 1.0)
+        return float(text.removesuffix("%")) * (0.01 if text.endswith("%") else 1.0)
     except ValueError:
-        number = math.nan
+        return math.nan
+
+
+def parse_share(name: str, value: Any) -> float:
+    """Read a share as `share_of`; `FieldError` unless it is positive and below 10."""
+    number = share_of(value)
     if not 0.0 < number < 10.0:
-        raise FieldError(name, f"{name} = {text[:60]!r}: must be a share such as '2 %'")
+        raise FieldError(
+            name, f"{name} = {str(value).strip()[:60]!r}: must be greater than 0 and below 10, a share such as '2 %'"
+        )
     return number
 
 
 def parse_deviation(name: str, text: str, unit: str, value: float) -> float:
     """Read the standard deviation of a ``value``, both in SI: a share of it, ``"3 %"``, or a number with a unit.
 
-    Raises `FieldError` as `parse` and `parse_share`, and for a share of 0.
+    Raises `FieldError` as `parse` and `parse_share`, for a deviation that is not positive, and for a share of 0.
     """
     if not text.strip().endswith("%"):
-        return parse(name, text, unit)
+        return parse(f"deviation of {name}", text, unit, above=0.0)
     if value == 0.0:
         raise FieldError(name, f"{name} = {text!r}: is a share of 0; give the deviation with a unit")
     return parse_share(name, text) * abs(value)

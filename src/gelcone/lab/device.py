@@ -13,7 +13,7 @@ import numpy as np
 from gelcone import dataset
 from gelcone._version import __version__
 from gelcone.devices.device import Device
-from gelcone.devices.units import parse, parse_share
+from gelcone.devices.units import parse_deviation
 from gelcone.errors import DoubtfulInput, InputError, check_kind, check_name, check_names, unknown_name
 from gelcone.lab.bench import KINDS, DeviceTest, field_value, rows_read
 from gelcone.lab.device_fit import (
@@ -63,10 +63,8 @@ def read_free(texts: Sequence[str], device: Device) -> dict[str, float]:
         if not tilde:
             warnings.warn(f"free {name}: has no prior; give one where it was measured, {name}~3%", DoubtfulInput, 2)
             found[name] = WIDE
-        elif spread.endswith("%"):
-            found[name] = parse_share(f"free {name}", spread)
         else:
-            found[name] = parse(f"free {name}", spread, device.swept_fields()[name].unit, above=0.0) / value
+            found[name] = parse_deviation(f"free {name}", spread, device.swept_fields()[name].unit, value) / value
     return found
 
 

@@ -128,7 +128,8 @@ def _device(path: Path, content: Mapping[str, Any], seed: int) -> list[Compariso
     if not isinstance(listed, list) or not all(isinstance(one, dict) for one in listed) or len(listed) > MOST:
         raise InputError(f"{path}: measured must be tables [[measured]], at most {MOST}")
     try:
-        device = Device(name=path.stem).replace_quietly() if not numbers else _made(numbers, texts, path.stem)
+        values: dict[str, Any] = {name: number.value for name, number in numbers.items()}
+        device = Device(**{"name": path.stem, "film": "wrinkling", **texts, **values})
     except FieldError as error:
         raise InputError(f"{path}: {str(error).splitlines()[0]}") from None
     free = {name: one.deviation / abs(one.value) for name, one in numbers.items() if one.deviation and one.value > 0.0}
@@ -137,16 +138,6 @@ def _device(path: Path, content: Mapping[str, Any], seed: int) -> list[Compariso
     spreads = np.array(list(free.values()))
     logs = spreads * rng.standard_normal((DRAWS, spreads.size))
     return [_compared(path, problem, numbers, logs, k, entry) for k, entry in enumerate(listed, start=1)]
-
-
-def _made(numbers: Mapping[str, Number], texts: Mapping[str, str], name: str) -> Device:
-    plain: dict[str, Any] = {"name": name, "film": "wrinkling", **texts}
-    plain |= {own: one.value for own, one in numbers.items() if "." not in own}
-    dotted = {own: one.value for own, one in numbers.items() if "." in own}
-    if "material" not in plain:
-        plain["material"] = {own.removeprefix("material."): value for own, value in dotted.items()}
-        dotted = {}
-    return Device(**plain).replace_quietly(dotted)
 
 
 def _fields(path: Path, given: Any) -> tuple[dict[str, Number], dict[str, str]]:

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gelcone.devices.device import Device
-from gelcone.devices.units import parse
+from gelcone.devices.units import parse, parse_share, share_of
 from gelcone.errors import InputError, check_name, check_names, check_path, unknown_name
 from gelcone.files import read_text, read_toml
 from gelcone.motion.envelope import MARGIN
@@ -280,12 +280,10 @@ def _middle(span: tuple[float, float]) -> float:
 def _device(values: Mapping[str, Any]) -> Device:
     if "film" in values and values["film"] not in FILMS:
         raise unknown_name("film of a design", str(values["film"])[:60], FILMS)
-    dotted = {name: value for name, value in values.items() if "." in name}
-    plain = {"film": "wrinkling"} | {name: value for name, value in values.items() if name not in dotted}
-    unknown = next((name for name in plain if name not in Device.fields), None)
+    unknown = next((name for name in values if "." not in name and name not in Device.fields), None)
     if unknown is not None:
         raise unknown_name("field, requirement or setting", unknown, [*Device.fields, *MEASURES, *SETTINGS])
-    device = Device(**plain).replace_quietly(dotted)
+    device = Device(**{"film": "wrinkling", **values})
     _check(device)
     return device
 
@@ -308,9 +306,8 @@ def _tolerance(device: Device, name: str, value: Any) -> Tolerance:
     check_name("field with a tolerance", name, fields, where="[tolerances] ")
     if device.get(name) is None:
         raise InputError(f"[tolerances] {name}: is not set; give it a value, or make it free")
-    text = str(value).strip()
-    if text.endswith("%"):
-        return Tolerance(name, 0.01 * parse(f"[tolerances] {name}", _number(text[:-1].strip()), "1", above=0.0), True)
+    if str(value).strip().endswith("%"):
+        return Tolerance(name, parse_share(f"[tolerances] {name}", value), True)
     return Tolerance(name, parse(f"[tolerances] {name}", value, fields[name].unit, above=0.0), False)
 
 
@@ -333,12 +330,10 @@ def _objectives(content: Mapping[str, Any]) -> tuple[Objective, ...]:
 
 def _share(content: Mapping[str, Any], key: str, default: float, low: float, high: float) -> float:
     value = content.get(key, default)
-    text = str(value).strip()
-    number = _number(text.removesuffix("%").strip())
-    share = (0.01 if text.endswith("%") else 1.0) * number if isinstance(number, float) else np.nan
-    if isinstance(value, bool) or not low <= share <= high:
-        raise InputError(f"{key} = {text[:60]}: must be a share from {low:g} to {high:g}, such as {default:g}")
-    return float(share)
+    share = share_of(value)
+    if not low <= share <= high:
+        raise InputError(f"{key} = {str(value)[:60]}: must be a share from {low:g} to {high:g}, such as {default:g}")
+    return share
 
 
 FIRST_WISH = """\
