@@ -18,6 +18,7 @@ from gelcone.plots.style import (
     axis_label,
     log_ticks,
     name_axes,
+    say,
     second_axes,
     styled,
 )
@@ -145,7 +146,7 @@ def limit_bars(result: xr.Dataset, axes: Axes) -> None:
     more = IN_PROPORTION if held_at_peak(result) else ""
     axes.set_title(f"limits met: peak of the drive{more}", loc="left", fontsize=7.0 if more else 8.0)
     if not met:
-        axes.text(0.5, 0.5, str(result.attrs["first_limit"]), transform=axes.transAxes, ha="center", color=GREY)
+        say(axes, str(result.attrs["first_limit"]))
         axes.set_axis_off()
         return
     names = sorted(met, key=lambda name: -met[name])

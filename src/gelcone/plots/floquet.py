@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gelcone.amounts import rate_unit
-from gelcone.plots.style import BLACK, BLUE, GREY, name_axes, styled
+from gelcone.plots.style import BLACK, BLUE, GREY, name_axes, say, styled
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -48,7 +48,7 @@ def growth_map(result: xr.Dataset, axes: Axes) -> QuadContourSet | None:
     axes.set_xlim(x[0], x[-1])
     axes.set_ylim(y[0], y[-1])
     if not unstable.any():
-        axes.text(0.5, 0.5, "rest is stable everywhere", transform=axes.transAxes, ha="center", color=GREY)
+        say(axes, "rest is stable everywhere")
         return None
     levels = MaxNLocator(LEVELS).tick_values(0.0, float(growth[unstable].max()))
     filled = axes.contourf(x, y, growth, levels=levels, cmap="YlOrBr")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gelcone.amounts import measured
-from gelcone.plots.style import BLACK, CYCLE, GREY, VERMILION, axis_label, name_axes, styled
+from gelcone.plots.style import BLACK, CYCLE, GREY, VERMILION, axis_label, name_axes, say, styled
 from gelcone.quantity import Array
 from gelcone.words import members_of
 
@@ -75,7 +75,7 @@ def cone_profile(films: Mapping[str, xr.Dataset], states: list[tuple[int, int]],
     from matplotlib.collections import LineCollection
 
     if not states:
-        axes.text(0.5, 0.5, "no state is held in tension", transform=axes.transAxes, ha="center")
+        say(axes, "no state is held in tension")
         axes.set_axis_off()
         return
     own = next(iter(films.values()))

@@ -8,7 +8,7 @@ import numpy as np
 
 from gelcone.amounts import unit_of
 from gelcone.continuum.path import Ending
-from gelcone.plots.style import BLACK, CYCLE, GREY, axis_label, name_axes, styled
+from gelcone.plots.style import BLACK, CYCLE, GREY, axis_label, name_axes, say, styled
 from gelcone.words import evenly, members_of
 
 if TYPE_CHECKING:
@@ -130,4 +130,4 @@ def stretch_curves(member: xr.Dataset, axes: Axes) -> None:
 def note_missing(shown: xr.Dataset, axes: Axes) -> None:
     """Writes that no film was found, if so."""
     if shown.sizes["displacement"] == 0:
-        axes.text(0.5, 0.5, "no film in tension found", transform=axes.transAxes, ha="center", color=GREY)
+        say(axes, "no film in tension found")
