@@ -255,8 +255,8 @@ def test_a_height_at_which_a_film_is_not_known_terminates(taut, side):
     ("options", "match"),
     [
         ({"count": 0}, "count = 0"),
-        ({"count": 1.5}, r"count = 1\.5: must be a whole number of at least 1"),
-        ({"draws": 1}, "draws = 1: must be a whole number of at least 2"),
+        ({"count": 1.5}, r"count = 1\.5: must be a whole number, at least 1"),
+        ({"draws": 1}, "draws = 1: must be at least 2"),
         ({"tolerance": -1.0}, r"tolerance = -1\.0"),
         ({"tolerance": 0.0}, r"tolerance = 0\.0"),
         ({"highest_voltage": "0 V"}, "highest_voltage = 0 V"),

@@ -14,7 +14,7 @@ from urllib.parse import urlencode
 
 import click
 
-from gelcone.errors import DoubtfulInput, MissingDependency
+from gelcone.errors import DoubtfulInput
 from gelcone.presets import find_preset
 
 
@@ -65,12 +65,9 @@ def start(device: str | None, preset: str | None, port: int, host: str, no_brows
         raise click.UsageError(f"--preset {preset} and the device {device!r} are both given; give one or the other")
     if preset is not None:
         find_preset(preset)
-    try:
-        import starlette  # noqa: F401
-        import uvicorn  # noqa: F401
-        import websockets  # noqa: F401
-    except ImportError:
-        raise MissingDependency("the studio needs starlette and uvicorn: pip install 'gelcone[studio]'") from None
+    from gelcone.studio.notebook import check_installed
+
+    check_installed()
     from gelcone.devices.device import find_device
     from gelcone.devices.files import shipped_devices
     from gelcone.studio.server import LOCAL, Studio, run

@@ -9,9 +9,10 @@ from gelcone.atlas.distribution import Distribution
 from gelcone.devices.analysis import check_device
 from gelcone.devices.device import Device
 from gelcone.devices.units import parse
-from gelcone.errors import InputError, MissingDependency
+from gelcone.errors import MissingDependency
 from gelcone.learn.episodes import Episodes, Pool, task_of
 from gelcone.motion.flow import check_flow
+from gelcone.quantity import check_count
 
 if TYPE_CHECKING:
     from gelcone.learn.environments import HeightEnv, HeightVectorEnv
@@ -77,9 +78,9 @@ def environment(
     ((4,), False)
     """
     check_device(device, "environment")
-    for name, number, least in (("count", count, 1), ("draws", draws, 2)):
-        if number is not None and not (isinstance(number, int) and number >= least):
-            raise InputError(f"{name} = {number!r}: must be a whole number of at least {least}")
+    if count is not None:
+        check_count("count", count, 1)
+    check_count("draws", draws, 2)
     check_flow(tolerance, None)
     try:
         from gelcone.learn.environments import HeightEnv, HeightVectorEnv

@@ -18,14 +18,22 @@ if TYPE_CHECKING:
 HEIGHT = 720
 
 
+def check_installed() -> None:
+    """Raise `MissingDependency` unless the packages of the extra ``studio`` can be imported."""
+    try:
+        import starlette  # noqa: F401
+        import uvicorn  # noqa: F401
+        import websockets  # noqa: F401
+    except ImportError:
+        raise MissingDependency("the studio needs starlette and uvicorn: pip install 'gelcone[studio]'") from None
+
+
 class _Running:
     """A studio server in a thread."""
 
     def __init__(self, names: frozenset[str]) -> None:
-        try:
-            from gelcone.studio.server import Studio
-        except ImportError:
-            raise MissingDependency("the studio needs starlette and uvicorn: pip install 'gelcone[studio]'") from None
+        check_installed()
+        from gelcone.studio.server import Studio
         from gelcone.studio.setting import Shelf
 
         self.studio = Studio(Shelf(names=names))
