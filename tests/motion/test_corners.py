@@ -93,13 +93,13 @@ def test_members_with_fewer_corners_end_at_their_own_time(monkeypatch):
     assert (path.times[1][path.weights[1] == 0.0] > 1.0).all()
 
 
-def test_a_source_has_its_own_voltage_and_the_current_of_all_its_films():
+def test_a_source_has_its_own_voltage_and_current():
     """Those of all sources are computed together, since each takes the voltages and currents of all films."""
     times, asked = np.zeros((1, 2)), []
     path = Weighted(times, np.zeros((1, 2, 2)), np.array([[0.25, 0.75]]), *UNUSED)
     system = SimpleNamespace(
         source_voltages=lambda *_: [np.array([[7.0, 7.0]]), np.array([[1.0, 3.0]]), np.array([[1.0, 3.0]])],
-        currents=lambda *_: asked.append(1) or [100.0, np.array([[2.0, 4.0]]), np.array([[1.0, -2.0]])],
+        source_currents=lambda *_: asked.append(1) or [100.0, np.array([[3.0, 2.0]])],
         lines=(SimpleNamespace(films=(0,)), SimpleNamespace(films=(1, 2))),
     )
     first, (voltage, current) = root_mean_squares(MadeUp(system=system), path)

@@ -71,7 +71,7 @@ def test_the_natural_frequency_is_the_root_of_the_stiffness_about_the_ramps_end(
 
 
 def test_each_source_has_its_own_numbers(monkeypatch):
-    """Of two films on the first line the currents add up; the second source is constant, and nothing of it jumps."""
+    """The second source is constant, and nothing of it jumps."""
     monkeypatch.setattr(delivery, "_limited", lambda *_: {})
     times = np.linspace(0.0, 4.0 * np.pi, 4001)[None]
     lines = (
@@ -82,7 +82,7 @@ def test_each_source_has_its_own_numbers(monkeypatch):
     system = SimpleNamespace(
         lines=lines,
         waveform=SimpleNamespace(pieced=False),
-        currents=lambda times, *_: [np.cos(times), 3.0 * np.sin(times), 2.0 * np.cos(times)],
+        source_currents=lambda times, *_: [3.0 * np.cos(times), 3.0 * np.sin(times)],
         source_voltages=lambda times, *_: [2.0 + np.sin(times), other, 2.0 + np.sin(times)],
         source_rates=lambda times, *_: [np.cos(times), 0.0, np.cos(times)],
         source_charges=lambda times, *_: [-7.0 * np.sin(times), 4.0],

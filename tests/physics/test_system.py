@@ -320,3 +320,16 @@ def test_what_a_second_film_alone_loses_counts_and_the_last_state_of_a_circuit_c
     assert "film" in pair.system.causes
     behind = ConeModel(film="taut", filter_time=0.3, series_resistance=0.4).system
     assert [behind.states[place].name for place in behind.charged] == ["film_voltage"]
+
+
+@pytest.mark.parametrize(
+    ("drive", "lines"),
+    [({"second_drive": "same"}, [[0, 1]]), ({"second_drive": "constant", "second_voltage": 0.4}, [[0], [1]])],
+)
+def test_the_current_of_a_source_is_that_into_all_its_films(drive, lines):
+    model = ConeModel(second_film="taut", **drive, second_prestretch=1.3, second_flat_height=0.4)
+    z = [np.array([0.3, 0.1]), np.array([0.2, -0.4])]
+    currents = model.system.currents(np.array([0.5, 1.7]), z, model.own_numbers)
+    found = model.system.source_currents(np.array([0.5, 1.7]), z, model.own_numbers)
+    assert (np.abs(currents) > 0.0).any(axis=1).all()
+    np.testing.assert_array_equal(found, [sum(currents[k] for k in line) for line in lines])

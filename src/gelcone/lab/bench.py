@@ -377,10 +377,11 @@ class Variants:
 
 
 def _currents(members: Members, times: Array, z: list[Array]) -> Array:
-    """Currents into the first film; the mean of both sides where the slope of the voltage jumps."""
+    """Currents from the source; the mean of both sides where the slope of the voltage jumps."""
     n, step = members.numbers(trailing=1), SIDE * times[..., -1:]
     sides = [
-        members.system.currents(np.clip(times + own, step, times[..., -1:] - step), z, n)[0] for own in (-step, step)
+        members.system.source_currents(np.clip(times + own, step, times[..., -1:] - step), z, n)[0]
+        for own in (-step, step)
     ]
     return np.asarray(0.5 * (sides[0] + sides[1]))
 

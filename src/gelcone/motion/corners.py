@@ -76,10 +76,9 @@ def between_corners(members: Members, begin: Array, start: Array, spans: Array, 
 def root_mean_squares(members: Members, path: Weighted) -> list[tuple[Array, Array]]:
     """Root mean squares of the voltage and the current of each line's source, (members,) each."""
     voltages = members.along(members.system.source_voltages, path.times, path.states)
-    currents = members.along(members.system.currents, path.times, path.states)
+    currents = members.along(members.system.source_currents, path.times, path.states)
     found = []
-    for line in members.system.lines:
+    for line, current in zip(members.system.lines, currents, strict=True):
         voltage = voltages[line.films[0]]
-        current = sum((currents[k] for k in line.films[1:]), currents[line.films[0]])
         found.append((np.sqrt(path.mean(voltage * voltage)), np.sqrt(path.mean(current * current))))
     return found

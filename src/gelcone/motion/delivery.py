@@ -100,10 +100,10 @@ def _of_source(line: Line, members: Members, times: Array, states: Array) -> Arr
     """Voltage of a source, charge on its films, current into them and rate of the voltage, (4, members, samples), at
     ``times`` (members, samples) and ``states`` (members, samples, N). A current within rounding is 0."""
     system = members.system
-    values = (system.source_voltages, system.source_charges, system.currents, system.source_rates)
+    values = (system.source_voltages, system.source_charges, system.source_currents, system.source_rates)
     voltages, charges, currents, rates = (members.along(value, times, states) for value in values)
-    first, charge = line.films[0], charges[system.lines.index(line)]
-    current = sum((currents[k] for k in line.films[1:]), currents[first])
+    first, own = line.films[0], system.lines.index(line)
+    charge, current = charges[own], currents[own]
     rounding = np.abs(current) <= NO_CURRENT * np.abs(charge)
     return np.stack([voltages[first], charge, np.where(rounding, 0.0, current), rates[first]])
 

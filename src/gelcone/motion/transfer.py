@@ -244,9 +244,8 @@ def _fundamentals(members: Members, states: Array, period: int, **options: Any) 
     """Complex amplitudes at the drive frequency of the displacement and the source's current, (2, members)."""
     run = sampled(members, states, period, SAMPLES, **options)
     spacing = (run.times.shape[1] - 1) // run.path.shape[1]
-    currents = members.along(members.system.currents, run.times[:, spacing::spacing], run.path)
-    current = np.sum([currents[k] for k in members.system.lines[0].films], axis=0)
-    signals = run.path[..., 0], current
+    currents = members.along(members.system.source_currents, run.times[:, spacing::spacing], run.path)
+    signals = run.path[..., 0], currents[0]
     found = np.stack([harmonics_of(members, signal, SAMPLES)[:, 0] for signal in signals])
     largest = np.stack([np.abs(signal).max(axis=1) for signal in signals])
     return np.where(np.abs(found) > SMALLEST_HARMONIC * largest, found, np.nan)

@@ -93,6 +93,11 @@ class ConeSystem(SystemAtRest):
         leaks = zip(rates, self.leaks(tau, z, n), strict=True)
         return [rate + leak if np.any(leak) else rate for rate, leak in leaks]
 
+    def source_currents(self, tau: Any, z: Sequence[Any], n: Numbers) -> list[Any]:
+        """Current from the source of each line into its films."""
+        currents = self.currents(tau, z, n)
+        return [sum((currents[k] for k in line.films[1:]), currents[line.films[0]]) for line in self.lines]
+
     def leaks(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> list[Any]:
         """Current that leaks through each film."""
         return self._moment(tau, z, n, xp).leaks()
