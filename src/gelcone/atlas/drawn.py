@@ -18,7 +18,7 @@ from gelcone import dataset
 from gelcone.atlas.frequency import frequency
 from gelcone.atlas.hysteresis import BRANCHES
 from gelcone.atlas.plan import Plan
-from gelcone.atlas.record import coordinates
+from gelcone.atlas.record import over_axes
 from gelcone.atlas.sweep import sweep
 from gelcone.atlas.workers import threads as in_threads
 from gelcone.codes import Outcome
@@ -26,7 +26,7 @@ from gelcone.dataset import Variable
 from gelcone.devices.analysis import plain, state_of
 from gelcone.devices.points import at
 from gelcone.devices.scales import MEASURES
-from gelcone.devices.si import device_attributes, shown_values, to_si
+from gelcone.devices.si import shown_values, to_si
 from gelcone.devices.units import parse_many
 from gelcone.errors import InputError, check_name, unknown_name
 from gelcone.motion.driven import driven
@@ -160,7 +160,6 @@ def _labelled(
     plan: Plan, analysis: str, variables: Mapping[str, Variable], outcome: Array, options: Mapping[str, Any]
 ) -> xr.Dataset:
     """The result of all draws. Variables are (draws, ...) with the dims after the draws given, or common to all."""
-    result = dataset.label(plan.cone, {}, options=options, title=f"draws: {analysis}")
     scales = None if plan.device is None else at(plan.device, plan.grid).scales
     columns: dict[str, Any] = {}
     for name, (dims, values, meaning, of) in variables.items():
@@ -170,11 +169,9 @@ def _labelled(
         if each and scales is not None:
             own, attrs = shown_values(own, attrs, scales)
         columns[name] = (("draw", *dims) if each else dims, own, attrs)
-    drawn = {name: (f.dims, f.values, dict(f.attributes)) for name, f in coordinates(plan).items()}
-    result = dataset.name_dims(result.assign(columns).assign_coords(drawn), plan.cone.system)
+    result = over_axes(plan, columns, options, f"draws: {analysis}")
     result["outcome"] = dataset.outcome_array(outcome.astype(np.int8), ("draw",))
-    device = {} if plan.device is None else device_attributes(plan.device)
-    return result.assign_attrs(analysis=analysis, **device)
+    return result.assign_attrs(analysis=analysis)
 
 
 def _shown_axis(name: str, values: Array, meaning: str, quantity: str, device: Device | None) -> dict[str, Variable]:

@@ -178,7 +178,6 @@ def label(
 ) -> xr.Dataset:
     """The cells of a sweep as a Dataset over the plan's axes, with all that is needed to run it again."""
     options = {"initial": plan.initial, **analysis.settings(plan.options)}
-    result = dataset.label(plan.cone, {}, options=options, title=title)
     if sources is not None:
         whose = dataset.attributes("flattened index of the cell whose values it carries", "code")
         fields = {**fields, "source": Field((), sources, whose)}
@@ -186,9 +185,15 @@ def label(
         name: (plan.dims + f.dims, f.values.reshape(plan.shape + f.values.shape[1:]), dict(f.attributes))
         for name, f in fields.items()
     }
+    result = over_axes(plan, variables, options, title)
+    refused = (fields["outcome"].values == Outcome.IMPOSSIBLE) & (fields["status"].values == Status.COMPUTED)
+    own = {"impossible": plan.refusal(int(refused.argmax()))} if refused.any() else {}
+    return result.assign_attrs(analysis=analysis.name, totals=json.dumps(tally.record()), **own)
+
+
+def over_axes(plan: Plan, variables: Mapping[str, Any], options: Mapping[str, Any], title: str) -> xr.Dataset:
+    """Variables over a plan's axes as a Dataset with its model, options and device."""
+    result = dataset.label(plan.cone, {}, options=options, title=title)
     axes = {name: (f.dims, f.values, dict(f.attributes)) for name, f in coordinates(plan).items()}
     result = dataset.name_dims(result.assign_coords(axes).assign(variables), plan.cone.system)
-    own = {} if plan.device is None else device_attributes(plan.device)
-    refused = (fields["outcome"].values == Outcome.IMPOSSIBLE) & (fields["status"].values == Status.COMPUTED)
-    own |= {"impossible": plan.refusal(int(refused.argmax()))} if refused.any() else {}
-    return result.assign_attrs(analysis=analysis.name, totals=json.dumps(tally.record()), **own)
+    return result if plan.device is None else result.assign_attrs(device_attributes(plan.device))
