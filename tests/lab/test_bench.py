@@ -9,6 +9,7 @@ import xarray as xr
 import gelcone
 from gelcone.errors import InputError
 from gelcone.lab.bench import KINDS, DeviceTest, Variants, field_value, rows_read
+from gelcone.lab.periodic import balanced, linear_motion
 from tests.lab.certified import CERTIFIED, device, made
 
 datasheet_module = importlib.import_module("gelcone.lab.datasheet")
@@ -303,3 +304,16 @@ def test_a_film_that_pulls_in_within_a_period_has_no_response_and_no_settled_mot
     assert [int(one["outcome"]) for one in settled] == [gelcone.Outcome.OK, gelcone.Outcome.PULLED_IN]
     assert stroke[0] == pytest.approx(float(settled[0]["stroke"]), rel=5e-3)
     assert np.isnan(stroke[1])
+
+
+@pytest.mark.parametrize("film", ["taut", "wrinkling"])
+def test_a_balance_of_the_disc_alone_is_that_of_all_states(film):
+    own = device(CERTIFIED["responses"][0]["device"], film)
+    variants = Variants(own, ["spring_rate"], np.array([[1.0], [1.2]]), {})
+    set_numbers = np.full(2, 1000.0), np.array([60.0, 300.0]), np.array([9.0, 9.0])
+    variants.response(*set_numbers, key="own")
+    alone_balanced = variants._states["own"].reshape(-1, 3)
+    volts = [np.broadcast_to(variants.volts(one), (2, 2)) for one in set_numbers[:2]]
+    driven = variants._driven(*volts, set_numbers[2] / variants.scale("frequency"))
+    found = balanced(driven, linear_motion(driven, alone_balanced[:, 0]))
+    np.testing.assert_allclose(found[:, 0], alone_balanced, rtol=1e-10, atol=1e-12)
