@@ -81,9 +81,10 @@ def regime(
     `gelcone.simulate`, and ``outcome``.
     Of chaos: ``chaotic_until``, the time to which the motion was observed to be chaotic; of 16 ``starts`` within
     1e-9, without those that may have been settling all the time, the ``share_chaotic`` that still is, and the mean
-    ``lifetime`` (infinite if none has ended) between ``lifetime_low`` and ``lifetime_high``. Chaos that ends is ``transient chaos``; its period, section and exponents
-    are those of the attractor of most starts. Over ``fate``, the attractors of the starts, the most frequent first:
-    ``fate_regime`` (-1: none), ``fate_period`` and ``fate_share`` between ``fate_share_low`` and ``fate_share_high``;
+    ``lifetime`` (infinite if none has ended) between ``lifetime_low`` and ``lifetime_high``. Chaos that ends is
+    ``transient chaos``; its period, section and exponents are those of the attractor of most starts. Over ``fate``, the
+    attractors of the starts, the most frequent first: ``fate_regime`` (-1: none), ``fate_period`` and ``fate_share``
+    between ``fate_share_low`` and ``fate_share_high``;
     ``coexisting`` is 1 where some of the starts end soon on a cycle or rest and the others, against the odds, not at
     all.
 
