@@ -171,9 +171,7 @@ def _limits(
     unknown = np.isnan(met).any(axis=2)
     low[:, :-1][unknown] = high[:, :-1][unknown] = np.nan
     rows, columns = np.nonzero(reached & ~unknown)
-    for _ in range(NARROWINGS):
-        if not rows.size:
-            break
+    for _ in range(NARROWINGS if rows.size else 0):
         begin, end = low[rows, columns], high[rows, columns]
         inner = begin[:, None] + (end - begin)[:, None] * np.arange(1, PARTS) / PARTS
         # a motion that leaves the domain meets several limits at one voltage, and is examined once
@@ -192,8 +190,6 @@ def _limits(
         first, last = np.where(hit.any(axis=2), hit.argmax(axis=2), PARTS - 1)
         edges, every_row = np.column_stack([begin, inner, end]), np.arange(rows.size)
         low[rows, columns], high[rows, columns] = edges[every_row, first], edges[every_row, last + 1]
-        sharp = first == last
-        rows, columns = rows[sharp], columns[sharp]
         counted(0.9 / NARROWINGS)
     low[:, -1], high[:, -1] = _onset(plane, omegas, float(volts[-1]))
     counted.finish()

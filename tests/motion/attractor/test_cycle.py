@@ -8,6 +8,7 @@ from gelcone.motion.extent import extent
 from gelcone.motion.regime import regime
 from gelcone.motion.settle import repeats_lasting, settle
 from gelcone.physics.model import ConeModel
+from gelcone.presets import find_preset
 
 SET = {"spring_stiffness": 0.5, "damping_ratio": 0.05, "drive_frequency": 0.3}
 
@@ -48,7 +49,7 @@ def test_a_multiple_of_the_period_gives_the_period():
 @pytest.mark.parametrize("period", [1, 2, 3, 4, 6, 12])
 def test_the_period_is_the_smallest_of_all_after_which_a_path_repeats(period):
     path = np.tile(np.random.default_rng(1).normal(size=(1, period, 5, 2)), (1, 12 // period, 1, 1))
-    assert cycle._smallest_period(path, np.array([1.0])).tolist() == [period]
+    assert cycle._periods(path, np.array([1.0]))[0].tolist() == [period]
 
 
 def test_no_cycle_is_found_in_the_middle_of_a_decay():
@@ -96,3 +97,19 @@ def test_the_extremes_of_a_slow_drive_are_sampled_within_every_oscillation(monke
         assert -0.5 < lowest[0] < 0.0
         assert highest[0] == 0.5
         assert spacings[-1] <= 2.0 * np.pi / model.rate[0] / 8.0
+
+
+@pytest.mark.parametrize(
+    ("doubling", "period"), [(0.9764654866, 1), (1.0411981671, 8), (1.0413656372, 16)], ids=["1", "8", "16"]
+)
+def test_the_period_next_to_a_doubling_is_that_of_the_certified_side(doubling, period):
+    """Two turns of the cycle that attracts are a cycle, too, where Newton's method almost divides by zero: 8 was 16."""
+    fast = find_preset("fast").model
+    voltages = doubling + np.array([-1e-5, -1e-6, -1e-6 - 1e-16, 1e-6, 1e-5])
+    found = regime(fast.replace(voltage=voltages), transient=3000.0)
+    known = found["doubtful"].values == 0
+    assert known.sum() >= 4
+    expected = np.array([period] * 3 + [2 * period] * 2)
+    np.testing.assert_array_equal(found["period"].values[known], expected[known])
+    one, other = found["lyapunov"].values[1:3, 0]
+    assert one == pytest.approx(other, abs=1e-8), "one rounding apart"

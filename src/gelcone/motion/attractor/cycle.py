@@ -8,7 +8,7 @@ Nonlinear Dynamics (1995), chapters 3 and 7). Rest is a cycle of one forcing per
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -35,6 +35,9 @@ FIRST_TOLERANCE = 1e-8
 """Least tolerance of the first Newton step: it starts from a motion of this accuracy."""
 SAME_POINT = 1e-6
 """Largest distance, over the size of a cycle, of points that are taken to be equal."""
+ALIKE = 1e-3
+"""Distance of a cycle from itself after a part of its period, over its size, below which it may have that period: next
+to a doubling the map over both turns is almost singular, and Newton's method has not arrived."""
 SMALLEST_SIZE = 1e-3
 TICKS = 32
 """Fewest samples of a forcing period between which motions are interpolated for their validity."""
@@ -88,13 +91,23 @@ def find_cycles(members: Members, states: Array, period: npt.NDArray[np.int64], 
 
     A member of period 0 has no cycle.
     """
-    cycles = Cycles.blank(len(states), states=states.shape[1])
+    cycles, alike = Cycles.blank(len(states), states=states.shape[1]), np.zeros_like(period)
     for rows, clock, repeats in turns(members, period):
-        cycles.put(rows, _found(members.take(rows), states[rows], clock, repeats, flow_options))
+        found, alike[rows] = _found(members.take(rows), states[rows], clock, repeats, flow_options)
+        cycles.put(rows, found)
+    rows = np.flatnonzero(cycles.found & (alike > 0))
+    if rows.size:
+        shorter = find_cycles(members.take(rows), cycles.point[rows], alike[rows], **flow_options)
+        attract = shorter.found & (shorter.sign < 0)
+        distance = cycles.distance[rows] + shorter.distance
+        cycles.put(rows[attract], replace(shorter, distance=distance).take(attract))
     return cycles
 
 
-def _found(members: Members, states: Array, clock: Clock, repeats: int, flow_options: dict[str, Any]) -> Cycles:
+def _found(
+    members: Members, states: Array, clock: Clock, repeats: int, flow_options: dict[str, Any]
+) -> tuple[Cycles, npt.NDArray[np.int64]]:
+    """The cycles near some states, and the next smaller period that each may have (0: none), see `ALIKE`."""
     options = dict(flow_options)
     exact = options.pop("tolerance", DEFAULT_TOLERANCE)
     with np.errstate(all="ignore"):  # far from a cycle, Newton steps may be infinite or NaN
@@ -108,8 +121,8 @@ def _found(members: Members, states: Array, clock: Clock, repeats: int, flow_opt
         # The last step was far larger than the remaining error, so the change in it bounds the error of the exponents.
         error = np.maximum(np.abs(exponents - first), np.maximum(last.error / time[:, None], FLOOR / 10))
         found = (distance < NEAR) & ((left < CONVERGENCE * distance) | (left < NEGLIGIBLE))
-    period = _smallest_period(path, size)
-    return Cycles(
+    period, alike = _periods(path, size)
+    cycles = Cycles(
         found=found,
         period=period,
         extent=np.maximum(np.ptp(path[..., 0], axis=(1, 2)), np.abs(path[..., 1]).max(axis=(1, 2))),
@@ -121,17 +134,21 @@ def _found(members: Members, states: Array, clock: Clock, repeats: int, flow_opt
         time=time,
         point=last.point + last.step,
     )
+    return cycles, alike
 
 
-def _smallest_period(path: Array, size: Array) -> npt.NDArray[np.int64]:
-    """Smallest number of forcing periods after which the path (members, periods, stretches, N) repeats itself."""
+def _periods(path: Array, size: Array) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Smallest number of forcing periods after which the path (members, periods, stretches, N) repeats itself, and the
+    next smaller one after which it almost does (0: none)."""
     repeats = path.shape[1]
-    period = np.full(len(path), repeats)
-    for divisor in range(repeats - 1, 0, -1):
-        if repeats % divisor == 0:
-            gap = np.abs(path - np.roll(path, divisor, axis=1)).max(axis=(1, 2, 3))
-            period[gap < SAME_POINT * size] = divisor
-    return period
+    divisors = [divisor for divisor in range(1, repeats) if repeats % divisor == 0]
+    gaps = {d: np.abs(path - np.roll(path, d, axis=1)).max(axis=(1, 2, 3)) / size for d in divisors}
+    period, alike = np.full(len(path), repeats), np.zeros(len(path), dtype=np.int64)
+    for divisor in reversed(divisors):
+        period[gaps[divisor] < SAME_POINT] = divisor
+    for divisor in divisors:
+        alike[(gaps[divisor] < ALIKE) & (divisor < period) & (period % divisor == 0)] = divisor
+    return period, alike
 
 
 def _is_symmetric(path: Array, period: npt.NDArray[np.int64], size: Array, signs: Array) -> npt.NDArray[np.bool_]:

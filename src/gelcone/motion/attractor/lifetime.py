@@ -143,7 +143,7 @@ def chaos_of(
     """Lifetimes of the chaos of the members ``rows`` and attractors of their starts, by the names of the evidence.
 
     ``attraction`` (members,) is the rate at which they settle once chaos has ended, ``chaotic`` the mask of the members
-    whose own motion is. Of others a start that may have been settling ever since it separated gives no evidence of chaos,
+    whose own motion is. Of others a start that may have been settling ever since it separated shows no chaos,
     and is not counted; without any evidence the lifetime is NaN.
     """
     times = nearby.times(SETTLING / np.maximum(attraction, FLOOR))[rows]
