@@ -256,6 +256,12 @@ def _wrinkled(at: Profile) -> Array:
     return np.asarray(total / area.sum(axis=-1))
 
 
+def capacitance_of_states(members: Members, placed: PlacedFilm, x: Array, squared: Array) -> Array:
+    """Capacitance of the membrane of one member at heights and squared voltages on it, as `film` gives it; NaN where no
+    state is found."""
+    return _with_rings(members, placed, 0, _cells(members.numbers_at(0), placed, x, squared))[0].capacitance
+
+
 def _cells(n: Mapping[str, Any], placed: PlacedFilm, x: Array, squared: Array) -> _Cells:
     """States of the fitted film, on which devices run, under squared voltages on it."""
     own, at, V = placed.own(n), np.ravel(placed.place(x, n)), np.ravel(squared)

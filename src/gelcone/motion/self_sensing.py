@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gelcone import dataset
 from gelcone.devices.analysis import for_devices
 from gelcone.errors import InputError
+from gelcone.membrane.table import ELEMENT_ERROR
+from gelcone.motion.profile import capacitance_of_states
 from gelcone.motion.single_film import single_film
 from gelcone.physics.bracket import halved
+from gelcone.physics.film.membrane import MembraneFilm
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array, Capacitance, Capacitances, Voltage
 
@@ -18,6 +22,14 @@ if TYPE_CHECKING:
     import xarray as xr
 
 HALVINGS = 60
+HEIGHTS = 601
+"""Heights at which it is tried whether the film has a state."""
+STATES, ROUNDS, BEND = 61, 3, 4e-5
+"""Heights at which states of the membrane are computed first; rounds that add others between them; and the error of the
+capacitance, linear in x^2 between heights, above which they do, as a share of it."""
+
+Known = Callable[[Array], Array]
+"""Capacitance over x."""
 
 
 @for_devices
@@ -39,6 +51,10 @@ def sense(
     ``displacement_error``, the larger distance to the displacements of a capacitance that is off by the uncertainty.
     NaN for a capacitance that the film does not reach within that.
 
+    The capacitance of a membrane is that of its states by finite elements, as in `film`; their error, 2e-4 of the
+    capacitance, is added to the uncertainty. Runs have a fitted capacitance, which may differ by a per cent and so
+    mean another displacement.
+
     Raises
     ------
     InputError : for an ensemble, two films, a film that creeps, and a negative uncertainty.
@@ -55,13 +71,9 @@ def sense(
     measured = np.atleast_1d(np.asarray(capacitance, dtype=float))
     if measured.ndim != 1 or not float(uncertainty) >= 0.0:
         raise InputError(f"capacitance, uncertainty = {uncertainty:g}: must be a list and a number of at least 0")
-    n, film, squared = model.numbers(), system.films[0], float(voltage) ** 2
-
-    def known(x: Array) -> Array:
-        with np.errstate(all="ignore"):
-            return np.asarray(film.capacitance(x, squared + 0.0 * x, [], n), dtype=float)
-
-    x, low, high = _inverted(known, measured, film.film.reach(n), float(uncertainty))
+    known, ends = _known(model, float(voltage) ** 2)
+    of_states = ELEMENT_ERROR if isinstance(system.films[0].film, MembraneFilm) else 0.0
+    x, low, high = _inverted(known, measured, ends, float(uncertainty) + of_states * measured)
     error = np.maximum(high - x, x - low)
     dims = ("sample",)
     return dataset.label(
@@ -76,17 +88,54 @@ def sense(
     )
 
 
-def _inverted(known: Any, wanted: Array, reach: tuple[float, float], uncertainty: float) -> Array:
-    """The x at which ``known``, which increases where it is finite, has the ``wanted`` values, and the ends of the x
+def _known(model: ConeModel, squared: float) -> tuple[Known, Array]:
+    """The capacitance under a squared voltage, and the two ends of the x of the film's states; without ends where it
+    has none."""
+    n, members, placed = model.numbers(), model.members(), model.system.films[0]
+
+    def of_film(x: Array) -> Array:
+        with np.errstate(all="ignore"):
+            return np.asarray(placed.film.capacitance(x, squared + 0.0 * x, [], n), dtype=float)
+
+    reach = placed.film.reach(n)
+    grid = np.linspace(reach[0], min(reach[1], 3.0), HEIGHTS)
+    there = grid[np.isfinite(of_film(grid))]
+    ends = there[[0, -1]] if there.size else there
+    if not (there.size and isinstance(placed.film, MembraneFilm)):
+        return of_film, ends
+    x, values = _states(lambda at: capacitance_of_states(members, placed, at, squared + 0.0 * at), ends)
+    increasing = np.maximum.accumulate(values)  # next to its plane a charged film may have less, by 1e-5
+    return lambda at: np.interp(at * at, x * x, increasing), ends if x.size else x
+
+
+def _states(known: Known, ends: Array) -> tuple[Array, Array]:
+    """The x of states between two ``ends`` and their ``known`` capacitance: denser where it bends over x^2, and towards
+    an end next to which no state is found."""
+    more, x, values = np.unique(np.linspace(ends[0], ends[-1], STATES)), ends[:0], ends[:0]
+    for _ in range(ROUNDS + 1):
+        found = known(more)
+        x, values = np.append(x, more[np.isfinite(found)]), np.append(values, found[np.isfinite(found)])
+        x, values = x[np.argsort(x)], values[np.argsort(x)]
+        widths = np.diff(x * x)
+        error = np.abs(np.diff(np.diff(values) / widths)) * np.maximum(widths[1:], widths[:-1]) / 8.0
+        bent = np.flatnonzero(error > BEND * values[1:-1])
+        places = np.concatenate([ends[:1], x, ends[1:]])
+        chosen = np.isin(np.arange(places.size - 1), [bent + 1, bent + 2])
+        chosen[[0, -1]] |= np.diff(places)[[0, -1]] > 0.0
+        more = (0.5 * (places[:-1] + places[1:]))[chosen]
+        if not (x.size and more.size):
+            break
+    return x, values
+
+
+def _inverted(known: Known, wanted: Array, ends: Array, uncertainty: Array) -> Array:
+    """The x at which ``known``, which increases between two ``ends``, has the ``wanted`` values, and the ends of the x
     for their ``uncertainty``, (3, samples); NaN for values that are further than that from those of any x."""
-    grid = np.linspace(reach[0], min(reach[1], 3.0), 601)
-    values = known(grid)
-    there = grid[np.isfinite(values)]
     every = np.stack([wanted, wanted - uncertainty, wanted + uncertainty])
-    if not there.size:
+    if not ends.size:
         return np.full(every.shape, np.nan)
-    ends = known(there[[0, -1]])
-    low, high = np.full(every.shape, there[0]), np.full(every.shape, there[-1])
+    least, most = known(ends)
+    low, high = np.full(every.shape, ends[0]), np.full(every.shape, ends[1])
     low, high = halved(lambda x: known(x) < every, low, high, HALVINGS)
-    reached = (wanted >= ends[0] - uncertainty) & (wanted <= ends[1] + uncertainty)
+    reached = (wanted >= least - uncertainty) & (wanted <= most + uncertainty)
     return np.where(reached, 0.5 * (low + high), np.nan)
