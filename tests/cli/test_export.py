@@ -57,6 +57,30 @@ def test_what_cannot_be_is_refused_in_one_line(command_line, tmp_path, typed, wo
     assert not (tmp_path / "pump").exists()
 
 
+@pytest.mark.parametrize(
+    ("there", "what", "of_device"),
+    [
+        ("biased-pump/pump.c", "biased-pump", True),
+        ("biased-pump/zarr.json", "biased-pump", False),
+        ("results/simulate.nc", "results", False),
+        ("results/simulate.nc", "results/simulate.nc", False),
+        ("mine.toml", "mine.toml", True),
+        ("mine", "mine", True),
+        (None, "biased-pump", True),
+        (None, "no-such-device", True),
+        (None, "no-such.nc", False),
+    ],
+)
+def test_what_is_exported_is_a_file_of_a_result_a_store_or_a_device(there, what, of_device, command_line, monkeypatch):
+    """A folder that an export to C has made with a device's name leaves the name to the device."""
+    if there:
+        Path(there).parent.mkdir(exist_ok=True)
+        Path(there).write_text("")
+    for name in ("_of_device", "_of_result"):
+        monkeypatch.setattr(command, name, lambda *given, name=name: [name])
+    assert command_line("export", what, "a.fmu")[1] == f"wrote {'_of_device' if of_device else '_of_result'}\n"
+
+
 def test_a_result_takes_no_options_of_devices(command_line, undrawn):
     assert command_line("static", "--preset", "base", "--out", "there")[0] == 0
     code, _, err = command_line("export", "there/static.nc", "--drive", "sine")

@@ -11,6 +11,7 @@ from gelcone.analyses.request import read_subject
 from gelcone.atlas.record import show
 from gelcone.cli.options import PLACE
 from gelcone.dataset import load
+from gelcone.devices.files import shipped_devices
 from gelcone.errors import InputError
 from gelcone.export.fmu import HOST, PLATFORMS
 from gelcone.export.public import FMU, TOLERANCE, WASM, export
@@ -55,12 +56,19 @@ def run_export(*, what: str, place: Path | None, force: bool, **typed: Any) -> N
     """Reads a device, a result or a store, and writes it in another form."""
     given = {name: value for name, value in typed.items() if value not in (None, ())}
     source = Path(what)
-    device = source.suffix == ".toml" or not (source.suffix or source.exists())
+    device = not _is_result(source)
     paths = _of_device(what, place, force, given) if device else _of_result(source, place, force, given)
     for path in paths:
         click.echo(f"wrote {path}")
     if device and place is not None and not place.suffix:
         click.echo("example.c and test.c are a program each: compile one with the device, as its first lines say")
+
+
+def _is_result(source: Path) -> bool:
+    """Decide whether a result or a store is meant; a shipped device has priority over a folder that holds no store."""
+    if not source.is_dir():
+        return source.suffix == ".nc"
+    return (source / "zarr.json").is_file() or str(source) not in shipped_devices()
 
 
 def _of_device(what: str, place: Path | None, force: bool, given: dict[str, Any]) -> list[Path]:
