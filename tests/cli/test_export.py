@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from gelcone.cli import export as command
+from gelcone.export.public import OF_DEVICE
 
 
 def test_a_device_is_written_as_c(command_line, tmp_path):
@@ -46,6 +47,11 @@ def test_a_device_is_written_as_an_fmu(command_line, tmp_path):
         (("biased-pump", "pump", "--film", "taut", "--tolerance", "0"), "tolerance"),
         (("biased-pump", "pump.fmu", "--film", "taut", "--fmi", "0"), "must be 2 or 3"),
         (("biased-pump", "pump.fmu", "--film", "taut", "--fmi", "4"), "must be 2 or 3"),
+        (
+            ("biased-pump", "pump", "--fmi", "3", "--platforms", "linux"),
+            "Error: --fmi 3: belongs to an FMU, and pump is none; leave it out, or write to NAME.fmu",
+        ),
+        (("biased-pump", "pump.wasm", "--platforms", "linux"), "Error: --platforms linux: belongs to an FMU"),
         (("no-such.nc",), "no such file"),
     ],
 )
@@ -83,8 +89,14 @@ def test_what_is_exported_is_a_file_of_a_result_a_store_or_a_device(there, what,
 
 def test_a_result_takes_no_options_of_devices(command_line, undrawn):
     assert command_line("static", "--preset", "base", "--out", "there")[0] == 0
-    code, _, err = command_line("export", "there/static.nc", "--drive", "sine")
-    assert (code, "option of devices" in err) == (2, True)
+    for typed in (
+        ("--drive", "sine"), ("--tolerance", "-1"), ("--fmi", "9"), ("--platforms", "host,linux"),
+        ("--film", "taut"), ("--set", "spring_rate=1 N/m"),
+    ):  # fmt: skip
+        code, _, err = command_line("export", "there/static.nc", *typed)
+        assert (code, err.rstrip().endswith(f": {OF_DEVICE}")) == (2, True)
+        assert err.startswith(f"Error: {typed[0]} "), err
+        assert typed[1] in err
     code, out, _ = command_line("export", "there/static.nc")
     assert code == 0
     assert "static.csv" in out

@@ -14,7 +14,7 @@ from gelcone.dataset import load
 from gelcone.devices.files import shipped_devices
 from gelcone.errors import InputError
 from gelcone.export.fmu import HOST, PLATFORMS
-from gelcone.export.public import FMU, TOLERANCE, WASM, export
+from gelcone.export.public import FMU, OF_DEVICE, TOLERANCE, WASM, export
 
 
 def export_command() -> click.Command:
@@ -55,6 +55,8 @@ def export_command() -> click.Command:
 def run_export(*, what: str, place: Path | None, force: bool, **typed: Any) -> None:
     """Reads a device, a result or a store, and writes it in another form."""
     given = {name: value for name, value in typed.items() if value not in (None, ())}
+    if "platforms" in given:
+        given["platforms"] = [name.strip() for name in given["platforms"].split(",")]
     source = Path(what)
     device = not _is_result(source)
     paths = _of_device(what, place, force, given) if device else _of_result(source, place, force, given)
@@ -76,13 +78,12 @@ def _of_device(what: str, place: Path | None, force: bool, given: dict[str, Any]
     if place is None:
         raise InputError(f"{what}: is a device; say where it goes, to NAME{FMU}, NAME{WASM} or a folder for C")
     assert subject.device is not None
-    if "platforms" in given:
-        given["platforms"] = [name.strip() for name in given["platforms"].split(",")]
     return export(subject.device, place, force=force, **given)
 
 
 def _of_result(source: Path, place: Path | None, force: bool, given: dict[str, Any]) -> list[Path]:
-    for name in given:
-        raise InputError(f"--{'set' if name == 'settings' else name}: is an option of devices; leave it out")
+    for name, typed in (("film", given.get("film")), ("set", " ".join(given.get("settings", ())))):
+        if typed:
+            raise InputError(f"--{name} {typed}: {OF_DEVICE}")
     result = show(source) if source.is_dir() else load(source)
-    return export(result, source.with_suffix(".csv") if place is None else place, force=force)
+    return export(result, source.with_suffix(".csv") if place is None else place, force=force, **given)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,16 +25,18 @@ TOLERANCE = 1e-7
 """Relative error of a step; the displacement is then right to about 1e-9 of the stroke."""
 FMU, WASM = ".fmu", ".wasm"
 DRIVES = ("own", "sine")
+OF_DEVICE = "belongs to the export of a device, and this is a result; leave it out"
+"""The reason why an option is refused with a result."""
 
 
 def export(
     what: xr.Dataset | Device,
     path: str | Path,
     *,
-    fmi: int = 2,
-    platforms: Sequence[str] = (HOST,),
+    fmi: int | None = None,
+    platforms: Sequence[str] | None = None,
     drive: str | None = None,
-    tolerance: float = TOLERANCE,
+    tolerance: float | None = None,
     force: bool = False,
 ) -> list[Path]:
     """Write a result as tables or for MATLAB, or a device as C, FMU or WebAssembly.
@@ -47,7 +49,8 @@ def export(
         a name that ends in ``.fmu`` or ``.wasm``, next to which a JavaScript interface and a page are written, or a
         folder for C: header, source, example, test program and device file. The model has the name of the file or
         folder, with the prefix ``device_`` if C or the sources use that name.
-    fmi : version of the FMU's standard, 2 or 3. Default 2.
+    fmi : version of the FMU's standard, 2 or 3. Default 2. Of FMUs, as ``platforms``; a result has none of the options
+        but ``force``.
     platforms : machines for which an FMU holds libraries, besides its sources: ``"host"``, this one (default), and with
         the package ziglang ``"linux"``, ``"linux-arm"``, ``"windows"``, ``"macos"`` and ``"macos-arm"``.
     drive : ``"own"`` includes the drive of the device, to which the input voltage is added; ``"sine"`` does so for a
@@ -62,8 +65,8 @@ def export(
 
     Raises
     ------
-    InputError : for other suffixes, files that exist, a folder that cannot be written, ensembles, and devices whose
-        drive or components cannot be exported.
+    InputError : for other suffixes, options that the form does not have, files that exist, a folder that cannot be
+        written, ensembles, and devices whose drive or components cannot be exported.
     MissingDependency : for Parquet without pyarrow, and for WebAssembly and other machines without their compiler.
 
     Examples
@@ -78,28 +81,39 @@ def export(
     """
     check_path("export", path)
     path = Path(path)
+    of_fmu = {"fmi": fmi, "platforms": platforms}
     if not isinstance(what, Device):
-        if drive is not None:
-            raise InputError(f"drive = {drive!r}: is an option of devices, and this is a result; leave it out")
+        _refuse(of_fmu | {"drive": drive, "tolerance": tolerance}, OF_DEVICE)
         return interchange.export(what, path, force=force)
     if drive is not None and drive not in DRIVES:
         raise unknown_name("drive", drive, DRIVES)
     if drive == "sine" and what.to_model().system.waveform.name != "sine":
         raise InputError("drive = 'sine': the waveform of the device is another; give drive = 'own', or leave it out")
+    tolerance = TOLERANCE if tolerance is None else tolerance
     check_flow(tolerance, None)
-    if fmi not in VERSIONS:
-        raise InputError(f"fmi = {fmi!r}: must be 2 or 3, the version of the standard")
     if path.suffix not in ("", FMU, WASM):
         raise InputError(f"{path}: a device is written to NAME{FMU}, NAME{WASM} or a folder for C without an ending")
+    if path.suffix != FMU:
+        _refuse(of_fmu, f"belongs to an FMU, and {path.name} is none; leave it out, or write to NAME{FMU}")
     exported = Exported(what, c_name(path.stem), drive is not None, float(tolerance))
     if path.suffix == FMU:
+        version = VERSIONS[0] if fmi is None else fmi
+        if version not in VERSIONS:
+            raise InputError(f"fmi = {fmi!r}: must be 2 or 3, the version of the standard")
         check_writable([path], force=force)
-        if not write_fmu(exported, path, fmi, platforms, force):
+        if not write_fmu(exported, path, version, (HOST,) if platforms is None else platforms, force):
             warnings.warn(f"{path}: holds sources only, for there is no C compiler here", DoubtfulInput, stacklevel=2)
         return [path]
     if path.suffix == WASM:
         return write_wasm(exported, path, force)
     return _write_c(exported, path, force)
+
+
+def _refuse(options: Mapping[str, Any], why: str) -> None:
+    """Raise `InputError` with the first option that is given."""
+    for name, value in options.items():
+        if value is not None:
+            raise InputError(f"{name} = {value!r}: {why}")
 
 
 def _write_c(exported: Exported, folder: Path, force: bool) -> list[Path]:
