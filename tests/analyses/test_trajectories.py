@@ -338,6 +338,12 @@ def test_the_lines_of_a_spectrum():
     ]
     assert said(trajectories.spectrum_words, spectrum(trajectories.PRINTED_LINES))[-1].endswith("80.0 dB")
     assert said(trajectories.spectrum_words, spectrum(trajectories.PRINTED_LINES + 2))[-1] == "  and 2 more"
+    padded = spectrum(3)
+    for name in ("ratio", "frequency", "amplitude", "prominence"):
+        padded[f"line_{name}"][2:] = NAN
+    assert said(trajectories.spectrum_words, padded) == lines
+    none = padded.assign(power_in_lines=0.0).isel(line=slice(2, None))
+    assert said(trajectories.spectrum_words, none) == [lines[0], "no lines; spectral flatness 0.0156"]
     still = edited(spectrum(2), power_in_lines=NAN, flatness=NAN)
     assert said(trajectories.spectrum_words, still) == ["the actuator stands still: it has no spectrum"]
     failed = edited(spectrum(2), outcome=int(Outcome.STEP_LIMIT))

@@ -325,13 +325,16 @@ def _line_table(shown: xr.Dataset) -> list[str]:
     swing = f"rms {sized(shown['rms'], 5)} about {sized(shown['mean_displacement'], 5)}"
     if np.isnan(shown["power_in_lines"]):
         return [swing, *_run_lines(shown)]
+    count = int(shown["line_ratio"].notnull().sum())
+    if not count:
+        return [swing, f"no lines; spectral flatness {float(shown['flatness']):.3g}"]
     lines = [
         swing,
         f"{100.0 * float(shown['power_in_lines']):.4g} % of the variance in lines, "
         f"spectral flatness {float(shown['flatness']):.3g}",
         "  frequency/drive    frequency    amplitude    prominence",
     ]
-    for i in range(min(PRINTED_LINES, shown.sizes["line"])):
+    for i in range(min(PRINTED_LINES, count)):
         line = shown.isel(line=i)
         lines.append(
             f"  {float(line['line_ratio']):15.6g} "
@@ -339,6 +342,6 @@ def _line_table(shown: xr.Dataset) -> list[str]:
             f"{float(line['line_amplitude']):12.4g}{unit_of(line['line_amplitude'])} "
             f"{float(line['line_prominence']):10.1f} dB"
         )
-    if shown.sizes["line"] > PRINTED_LINES:
-        lines.append(f"  and {shown.sizes['line'] - PRINTED_LINES} more")
+    if count > PRINTED_LINES:
+        lines.append(f"  and {count - PRINTED_LINES} more")
     return lines
