@@ -53,6 +53,24 @@ def test_a_script_is_one_for_the_shell_and_its_commands_are_taken(script):
 
 
 @needs_bash
+@pytest.mark.parametrize("script", SCRIPTS, ids=["node", "nodes"])
+@pytest.mark.parametrize(("left", "taken"), [(None, "--store"), ("gelcone.lock", "--store"), ("zarr.json", "--resume")])
+def test_a_script_begins_a_store_in_which_no_run_has_written(script, left, taken, tmp_path):
+    if left:
+        (tmp_path / "map.zarr").mkdir()
+        (tmp_path / "map.zarr" / left).write_text("")
+    (tmp_path / "bin").mkdir()
+    for name in COMMANDS:
+        (tmp_path / "bin" / name).write_text(f'#!/bin/bash\n[ {name} != gelcone ] || echo "$@" > typed\n')
+        (tmp_path / "bin" / name).chmod(0o755)
+    path = f"{tmp_path / 'bin'}:{os.environ['PATH']}"
+    environment = os.environ | {"PATH": path, "SLURM_CPUS_PER_TASK": "2", "SLURM_JOB_ID": "7"}
+    subprocess.run(["bash", "-c", script], cwd=tmp_path, env=environment, check=False, timeout=60)
+    typed = (tmp_path / "typed").read_text().split()
+    assert {"--store", "--resume"} & {*typed} == {taken}
+
+
+@needs_bash
 @pytest.mark.slow
 @pytest.mark.parametrize("script", SCRIPTS, ids=["node", "nodes"])
 def test_a_job_that_meets_its_limit_is_queued_again_and_resumes(script, tmp_path):

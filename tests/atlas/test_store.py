@@ -235,6 +235,20 @@ def test_a_tile_is_as_wide_along_each_axis_and_holds_a_bounded_number_of_cells(s
     assert np.prod(tile) <= store.TILE_CELLS
 
 
+@pytest.mark.parametrize("left", [(), (store.LOCK,), (store.LOCK, "zarr.json.4711.partial")])
+def test_a_run_that_was_killed_before_it_wrote_is_resumed_as_one_not_begun(left, tmp_path):
+    """Without the plan of a run, which the folder lacks, the remedy is said."""
+    for name in left:
+        (tmp_path / name).write_bytes(b"")
+    with pytest.raises(InputError, match=r"is empty: no run has written to it yet; begin one with --store "):
+        read_plan(tmp_path)
+    with open_store(tmp_path, STORED, DIMS, SHAPE, resume=True) as made:
+        assert made.read() == {}
+        made.begin(fields(), {})
+    assert read_plan(tmp_path) == STORED
+    assert not list(tmp_path.glob("*.partial"))
+
+
 def test_a_folder_is_empty_but_for_what_a_run_left_that_was_killed_before_it_wrote(tmp_path):
     """Halves of files are removed, in subfolders too; anything else is somebody's."""
     place = tmp_path / "store"

@@ -164,6 +164,8 @@ def open_store(
 ) -> Iterator[Store]:
     """The store at ``path``, locked for this run: created for ``plan`` or, to ``resume``, opened with the same plan.
 
+    To ``resume`` a folder in which nothing is written creates the store, too.
+
     Raises
     ------
     InputError : for a folder that holds something else, a store of another plan or version (naming the difference), a
@@ -171,6 +173,7 @@ def open_store(
     """
     import zarr
 
+    resume = resume and not (path.is_dir() and holds_nothing(path))
     if resume:
         found = read_plan(path)
         if found != plan:
@@ -178,7 +181,7 @@ def open_store(
     else:
         with _explained(path):
             path.mkdir(parents=True, exist_ok=True)
-            if any(entry.suffix != ".partial" and entry.name != LOCK for entry in path.iterdir()):
+            if not holds_nothing(path):
                 raise InputError(f"{path}: is not empty; resume it with --resume {path}, or choose another store")
     with _locked(path):
         for partial in path.rglob("*.partial"):  # left by a run that was killed while it wrote
@@ -189,6 +192,11 @@ def open_store(
             elif not resume:
                 zarr.create_group(store=path, zarr_format=3, attributes={PLAN: json.dumps(plan)})
         yield Store(path, plan, dims, shape)
+
+
+def holds_nothing(folder: Path) -> bool:
+    """Decide whether a folder is empty, but for what a run leaves that is killed before it writes."""
+    return all(entry.suffix == ".partial" or entry.name == LOCK for entry in folder.iterdir())
 
 
 def read_plan(path: Path) -> dict[str, Any]:
@@ -296,9 +304,11 @@ def _open_group(path: Path, mode: Literal["r", "r+"] = "r") -> Any:
     if not path.is_dir():
         raise InputError(f"{path}: no such store")
     if not (path / "zarr.json").is_file():
+        if holds_nothing(path):
+            raise InputError(f"{path}: is empty: no run has written to it yet; begin one with --store {path}")
         held = sorted(path.glob("*.nc"))
         remedy = f"name a file in it, such as {held[0]}" if held else "name a store of gelcone"
-        raise InputError(f"{path}: holds no metadata (zarr.json)" + (f"; {remedy}" if any(path.iterdir()) else ""))
+        raise InputError(f"{path}: holds no metadata (zarr.json); {remedy}")
     try:
         return zarr.open_group(store=path, mode=mode, zarr_format=3, use_consolidated=False)
     except Exception as error:  # the reader raises many kinds on damaged or foreign metadata

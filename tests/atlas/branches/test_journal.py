@@ -7,6 +7,7 @@ import xarray as xr
 import gelcone
 from gelcone import InputError
 from gelcone.atlas.branches import check, follow, journal
+from gelcone.atlas.store import LOCK
 from gelcone.presets import find_preset
 
 BASE = find_preset("base").model
@@ -77,6 +78,12 @@ def test_a_folder_with_something_else_is_refused(tmp_path):
     (tmp_path / "notes.txt").write_text("mine")
     with pytest.raises(InputError, match="is not empty, and holds no run"):
         gelcone.continue_branch(BASE, "voltage", 0.93, 0.95, checks=2, store=tmp_path)
+
+
+def test_what_a_run_left_that_was_killed_before_it_wrote_is_no_obstacle(tmp_path):
+    (tmp_path / LOCK).write_bytes(b"")
+    with journal.journal_in(tmp_path, {"a": 1}):
+        assert (tmp_path / "zarr.json").is_file()
 
 
 def test_a_damaged_entry_is_told(tmp_path):

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from gelcone.atlas.store import open_store
+from gelcone.atlas.store import holds_nothing, open_store
 from gelcone.errors import InputError
 from gelcone.files import write_whole
 
@@ -97,7 +97,7 @@ def journal_in(folder: str | Path | None, plan: Mapping[str, Any]) -> Iterator[J
         return
     place = Path(folder)
     begun = (place / "zarr.json").is_file()
-    if not begun and place.is_dir() and any(place.iterdir()):
+    if not begun and place.is_dir() and not holds_nothing(place):
         raise InputError(f"{place}: is not empty, and holds no run along branches; choose another store")
     with open_store(place, json.loads(json.dumps(plan)), ("entry",), (1,), resume=begun):
         for unfinished in place.glob(".*.npz"):  # left by a run that was killed while it wrote
