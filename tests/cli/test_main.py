@@ -71,15 +71,23 @@ def test_an_option_of_grids_leads_to_the_command_that_takes_it(option, command_l
     _, _, said = command_line("settled", option, "voltage=1:2:3")
     assert re.fullmatch(rf"Error: No such option.*{option}.*; gelcone sweep --analysis settled takes it\n", said)
     _, _, said = command_line("section", option, "voltage=1:2:3")
-    other = "see gelcone section --help" if option == "--over" else "gelcone sweep and gelcone datasheet take it"
+    other = "see gelcone section --help" if option == "--over" else "gelcone datasheet and sweep take it"
     assert said.endswith(f"; {other}\n")
 
 
 def test_draws_are_given_as_a_table_where_distributions_are_not_taken(command_line):
     _, _, said = command_line("envelope", "--uncertain", "damping_ratio=0.1:0.2")
     assert said == "Error: No such option '--uncertain'; give a table of draws, --samples FILE\n"
+
+
+def test_an_option_of_some_commands_leads_to_all_that_take_it(command_line):
     _, _, said = command_line("section", "--samples", "draws.csv")
-    assert said == "Error: No such option '--samples'; gelcone sweep and gelcone datasheet take it\n"
+    names = re.fullmatch(r"Error: No such option '--samples'; gelcone (.*) take it\n", said)[1]
+    takers = set(re.split(", | and ", names))
+    assert {"sweep", "datasheet", "envelope", "limits", "frequency"} <= takers
+    for name in COMMANDS:
+        own = command_line(name, "--samples")[2]
+        assert (name in takers) == ("'--samples' requires an argument" in own), own
 
 
 def test_doubts_are_said_once_as_they_were_typed_and_lost_workers_every_time(ended, monkeypatch):

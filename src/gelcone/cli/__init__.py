@@ -188,12 +188,19 @@ def _said(error: click.UsageError) -> str:
     elif analysis and analysis.drawn and option == "--uncertain":
         return f"No such option {option!r}; give a table of draws, --samples FILE"
     elif analysis and option in ("--uncertain", "--samples"):
-        return f"No such option {option!r}; gelcone sweep and gelcone datasheet take it"
+        *first, last = _takers(option)
+        return f"No such option {option!r}; gelcone {', '.join(first)} and {last} take it"
     elif longer := _beginning(option, error.ctx):
         return f"No such option {option!r}; did you mean {longer[0]!r}?"
     else:
         remedy = f"see {error.ctx.command_path if error.ctx else 'gelcone'} --help"
     return f"{error.format_message().rstrip('.')}; {remedy}"
+
+
+def _takers(option: str) -> list[str]:
+    """The commands that have an ``option``."""
+    commands = (group.get_command(click.Context(group), name) for name in COMMANDS)
+    return [str(own.name) for own in commands if own and any(option in parameter.opts for parameter in own.params)]
 
 
 def _beginning(option: str, context: click.Context | None) -> list[str]:
