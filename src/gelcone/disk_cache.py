@@ -19,6 +19,8 @@ MEMBRANES = "membranes"
 """Kind of the tables of membranes, which take seconds to compute."""
 CHARGES = "membrane charges"
 """Kind of the membranes' capacitances, computed after them."""
+LIBRARY = "library"
+"""Kind of the compiled sources of an exported device, which are not stored."""
 MOST_BYTES = 64 * 2**20
 """Size limit of each kind; the least recently used entries are removed first."""
 _MAGIC = b"gelcone cache 2\n"

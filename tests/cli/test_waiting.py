@@ -4,6 +4,7 @@ import io
 import sys
 import threading
 import time
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
@@ -56,6 +57,10 @@ def test_an_export_says_that_it_compiles():
     with waiting.preparing("export", names.append):
         assert compile_library(compiler, {"pump.c": ""}, "pump.c") == b""
     assert names == ["export, compiling", "export"]
+    kinds = []
+    with disk_cache.heard(lambda kind: kinds.append(kind) or nullcontext()):
+        compile_library(compiler, {"pump.c": ""}, "pump.c")
+    assert kinds == [disk_cache.LIBRARY]
 
 
 def test_while_something_is_made_no_time_is_foretold(monkeypatch, capsys):
@@ -72,6 +77,14 @@ def test_a_command_and_its_progress_say_it_once(monkeypatch, capsys):
     with waiting.said_before("map"), output.progress_lines("map"), disk_cache.making("code"):
         time.sleep(0.08)
     assert capsys.readouterr().err.splitlines() == ["map, compiling: stored for later runs; 0 % after 0 s"]
+
+
+@pytest.mark.parametrize(("kind", "stored"), [("code", ": stored for later runs"), (disk_cache.LIBRARY, "")])
+def test_of_a_library_that_is_not_stored_nothing_else_is_said(kind, stored, monkeypatch, capsys):
+    monkeypatch.setattr(waiting, "FIRST_SECONDS", 0.05)
+    with waiting.said_before("export"), disk_cache.making(kind):
+        time.sleep(0.08)
+    assert capsys.readouterr().err.splitlines() == [f"export, compiling{stored}; after 0 s"]
 
 
 # --- for how long -----------------------------------------------------------------------------------------------------

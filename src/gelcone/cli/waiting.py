@@ -59,7 +59,7 @@ def said_before(command: str) -> Iterator[None]:
     def hear(kind: str) -> Iterator[None]:
         nonlocal films
         films += kind == disk_cache.MEMBRANES
-        with _line(f"{command}, {_making(kind, films)}"):
+        with _line(f"{command}, {_making(kind, films)}", "" if kind == disk_cache.LIBRARY else f": {STORED}"):
             yield
 
     with disk_cache.heard(hear):
@@ -67,11 +67,11 @@ def said_before(command: str) -> Iterator[None]:
 
 
 @contextmanager
-def _line(text: str) -> Iterator[None]:
-    """A line with the time since on a terminal, else one now and then."""
+def _line(text: str, stored: str) -> Iterator[None]:
+    """A line with the time since on a terminal, else one now and then, which also says what is ``stored``."""
     if not sys.stderr.isatty():
         begun = time.monotonic()
-        with logging(lambda: click.echo(f"{text}: {STORED}; after {time.monotonic() - begun:.0f} s", err=True)):
+        with logging(lambda: click.echo(f"{text}{stored}; after {time.monotonic() - begun:.0f} s", err=True)):
             yield
         return
     from tqdm import tqdm

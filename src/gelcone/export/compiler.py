@@ -51,7 +51,7 @@ def compiled(command: list[str], texts: Mapping[str, str], made: str, refusal: s
     with tempfile.TemporaryDirectory(prefix="gelcone-") as folder:
         for name, text in texts.items():
             Path(folder, name).write_text(text, encoding="utf-8")
-        with disk_cache.making(Path(made).stem):
+        with disk_cache.making(disk_cache.LIBRARY):
             done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
         if done.returncode:
             first = (done.stderr.strip().splitlines() or ["no message"])[0]
