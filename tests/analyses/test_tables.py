@@ -25,6 +25,22 @@ def test_a_number_has_the_unit_in_which_it_reads_well(value, text):
     assert tables._value(xr.DataArray(value, attrs=attrs)) == text
 
 
+@pytest.mark.parametrize(
+    ("value", "error", "text"),
+    [
+        (0.93920432123, 2.1e-8, "0.93920432"), (-93.920432123, 2.1e-5, "-93.92043"), (0.93920432123, 0.05, "0.9392"),
+        (0.93920432123, 0.0, "0.9392"), (0.93920432123, NAN, "0.9392"), (0.93920432123, 2.0, "0.9392"),
+        (0.0, 1e-8, "0"), (NAN, 1e-8, "unknown"), (np.inf, 1e-8, "infinite"),
+    ],
+)  # fmt: skip
+def test_a_voltage_has_the_digits_that_its_error_leaves_it(value, error, text):
+    found = made({"onset_voltage": value, "onset_error": error, "other_voltage": 0.93920432123})
+    for name in found.data_vars:
+        found[name].attrs["long_name"] = name
+    rows = tables._rows(found)
+    assert (rows["onset_voltage"], rows["other_voltage"]) == (text, "0.9392")
+
+
 def test_yes_no_and_codes_are_words():
     rest = xr.DataArray(1, attrs={"long_name": "1 if the disc rests", "units": "1"})
     assert [tables._value(rest), tables._value(rest.copy(data=0))] == ["yes", "no"]

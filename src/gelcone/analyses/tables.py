@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import textwrap
 from collections import Counter
@@ -173,13 +174,22 @@ def _row_lines(label: str, label_width: int, values: list[str], widths: list[int
 def _rows(member: xr.Dataset, apart: str = r"validity_") -> dict[str, str]:
     """The text of each number of one member but those whose names match ``apart``, by its label."""
     return {
-        variable.attrs["long_name"].removeprefix(YES): _value(variable)
+        variable.attrs["long_name"].removeprefix(YES): _value(variable, _digits(variable, member))
         for name, variable in member.data_vars.items()
         if not variable.dims and name != "outcome" and not re.match(apart, str(name))
     }
 
 
-def _value(variable: xr.DataArray) -> str:
+def _digits(variable: xr.DataArray, member: xr.Dataset) -> int:
+    """The digits of a number: of ``onset_voltage`` those that ``onset_error`` leaves it, at least the usual ones."""
+    stem, _, rest = str(variable.name).rpartition("_voltage")
+    error = member.get(f"{stem}_error") if stem and not rest else None
+    if error is None or not 0.0 < float(error) < abs(float(variable)) < np.inf:
+        return DIGITS
+    return max(DIGITS, 1 + math.floor(math.log10(abs(float(variable)) / float(error))))
+
+
+def _value(variable: xr.DataArray, digits: int = DIGITS) -> str:
     """A number with its unit; the meaning of a code; yes or no."""
     if variable.dtype.kind == "b":
         return "yes" if variable else "no"
@@ -189,4 +199,4 @@ def _value(variable: xr.DataArray) -> str:
         return event_label(variable)
     if variable.attrs.get("long_name", "").startswith(YES):
         return "yes" if variable else "no"
-    return sized(variable, DIGITS)
+    return sized(variable, digits)
