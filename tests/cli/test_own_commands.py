@@ -453,10 +453,8 @@ def test_a_result_is_exported_as_was_said(more, path, force, command_line, calls
 @pytest.mark.parametrize(
     ("given", "word"),
     [
-        (("a.nc", "--film", "taut"), "--film: is an option of devices"),
-        (("a.nc", "--set", "a=1"), "--set: is an option of devices"),
-        (("a.nc", "--fmi", "3"), "--fmi: is an option of devices"),
-        (("a.nc", "b.csv", "--platforms", "host"), "--platforms: is an option of devices"),
+        (("a.nc", "--film", "taut"), "--film taut: belongs to the export of a device"),
+        (("a.nc", "--set", "a=1", "--set", "b=2"), "--set a=1 b=2: belongs to the export of a device"),
     ],
 )
 def test_options_of_the_other_kind_of_export_are_refused(given, word, command_line, calls):
