@@ -134,7 +134,7 @@ TABLE = {
     "fit a device": Row(
         PUMP,
         [
-            ("--free", "spring_rate~3%", "free", {"spring_rate": 0.03}),
+            ("--free", "spring_rate~3%", "free", pytest.approx({"spring_rate": 0.03})),
             ("--films", "taut, wrinkling", "films", ["taut", "wrinkling"]),
             ("--loss", "damper, both", "losses", ["damper", "both"]),
             ("--profile", ("a", "--profile", "b"), "profile", ("a", "b")),
@@ -145,7 +145,7 @@ TABLE = {
     "plan a device": Row(
         (*PUMP, "--plan"),
         [
-            ("--free", "spring_rate~3%", "free", {"spring_rate": 0.03}),
+            ("--free", "spring_rate~3%", "free", pytest.approx({"spring_rate": 0.03})),
             ("--films", "taut", "film", "taut"),
             ("--loss", "both", "loss", "both"),
             ("--predict", "pull-in", "predict", ("pull-in",)),
