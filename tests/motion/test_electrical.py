@@ -13,6 +13,7 @@ from gelcone.motion.corners import sampled_evenly
 from gelcone.motion.electrical import apparent_power, electrical
 from gelcone.motion.flow import integrate
 from gelcone.motion.response import heats
+from gelcone.physics.system import ConeSystem
 from gelcone.presets import find_preset
 from gelcone.studio import settled
 from tests.motion.made_up import MadeUp
@@ -221,6 +222,8 @@ class Sources:
     lines = (SimpleNamespace(films=(0, 2)), SimpleNamespace(films=(1,)))
     waveform = SimpleNamespace(pieced=False)
 
+    source_currents = ConeSystem.source_currents
+
     def currents(self, times, z, n):
         return [np.cos(times), 2.0 + np.sin(times), 3.0 * np.cos(times)]
 
@@ -249,6 +252,8 @@ class Films:
     lines = (SimpleNamespace(films=(0, 1)),)
     waveform = SimpleNamespace(pieced=False)
     damper = np.array([[2.0], [1e-16], [-1e-16], [2.0]])
+
+    source_currents = ConeSystem.source_currents
 
     def currents(self, times, z, n):
         return [3.0 * np.cos(times), -5.0 * np.cos(times)]
