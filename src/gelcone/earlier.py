@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     import xarray as xr
 
+ENDS_OF_RUNS = {"displacement": "displacement", "voltage": "film_voltage"}
+"""What runs of 0.2 say of a pull-in -> today's name; without displacement the voltage is that of another result."""
 NAMES: Sequence[Mapping[str, str]] = (
     {"seen_until": "chaotic_until"},
     {
@@ -27,11 +29,10 @@ NAMES: Sequence[Mapping[str, str]] = (
         "own_searched": "operating_searched",
     },
     {"folded": "aliasing_bound"},
-    {
-        "pull_in_time": "pull_in_time",
-        "pull_in_displacement": "pull_in_displacement",
-        "pull_in_voltage": "pull_in_film_voltage",
-    },
+    *(
+        {f"{film}pull_in_{end}": f"{film}pull_in_{today}" for end, today in ENDS_OF_RUNS.items()}
+        for film in ("", "second_")
+    ),
 )
 """Earlier names of variables and dims that a result has all -> today's names."""
 BEHIND_A_CIRCUIT = {"drive_voltage": "film_voltage", "second_drive_voltage": "second_film_voltage"}

@@ -84,8 +84,9 @@ def test_the_voltage_of_a_run_behind_a_circuit_is_the_films(written):
 
 
 def test_the_pull_in_of_a_run_is_that_of_the_film(written):
-    ends = dict.fromkeys(("pull_in_time", "pull_in_displacement", "pull_in_voltage"), ((), 2.0))
+    ends = {f"{film}pull_in_{end}": ((), 2.0) for film in ("", "second_") for end in ("displacement", "voltage")}
     read = with_names_of_today(gelcone.load(written / "simulate.nc").assign(ends))
-    assert {"pull_in_time", "pull_in_displacement", "pull_in_film_voltage"} <= {*read.variables}
-    assert "pull_in_voltage" not in read
+    for film in ("", "second_"):
+        assert {f"{film}pull_in_displacement", f"{film}pull_in_film_voltage"} <= {*read.variables}
+        assert f"{film}pull_in_voltage" not in read
     assert "pull_in_voltage" in gelcone.load(written / "limits.nc")

@@ -35,18 +35,6 @@ def test_statics_lead_to_pull_in_and_are_found_once_for_all_drives(shelf):
     assert stiffer.words["marks"]["pull_in"] != pull_in
 
 
-SUBJECTS = {
-    "device": Setting(device="biased-pump"),
-    "preset": Setting(preset="base", values={"voltage": "0.8"}),
-    "offset": Setting(preset="base", values={"voltage": "0.3", "voltage_bias": "0.5", "drive_frequency": "1.3"}),
-}
-
-
-@pytest.fixture(params=SUBJECTS)
-def subject(request, shelf):
-    return shelf.subject(SUBJECTS[request.param])
-
-
 def test_statics_have_the_branches_marks_and_swing_of_static(subject):
     found = equilibria.statics(subject)
     highest = 2.0 ** np.ceil(np.log2(float(subject.model.peak_voltage)))

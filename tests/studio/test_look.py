@@ -11,6 +11,7 @@ from gelcone.plots.regime import REGIME_COLOURS
 from gelcone.studio import look
 from gelcone.studio.orbit import PER_OSCILLATION, PER_PERIOD
 from gelcone.studio.setting import Setting, Shelf
+from tests.studio.conftest import SUBJECTS
 
 
 @pytest.fixture(scope="module")
@@ -85,17 +86,6 @@ def test_a_run_that_pulls_in_says_when_and_where(shelf):
 
 
 # --- every panel against the Dataset of its analysis -----------------------------------------------------------------
-
-SUBJECTS = {
-    "device": Setting(device="biased-pump"),
-    "preset": Setting(preset="base", values={"voltage": "0.8"}),
-    "offset": Setting(preset="base", values={"voltage": "0.3", "voltage_bias": "0.5", "drive_frequency": "1.3"}),
-}
-
-
-@pytest.fixture(params=SUBJECTS)
-def subject(request, shelf):
-    return shelf.subject(SUBJECTS[request.param])
 
 
 @pytest.mark.parametrize("hoop", [False, True])

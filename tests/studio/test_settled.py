@@ -42,18 +42,6 @@ def test_every_number_of_a_kind_has_the_unit_of_the_result(shelf):
             assert getattr(value, "attrs", {"units": "1"})["units"] == shown[name].attrs["units"], name
 
 
-SUBJECTS = {
-    "device": Setting(device="biased-pump"),
-    "preset": Setting(preset="base", values={"voltage": "0.8"}),
-    "offset": Setting(preset="base", values={"voltage": "0.3", "voltage_bias": "0.5", "drive_frequency": "1.3"}),
-}
-
-
-@pytest.fixture(params=SUBJECTS)
-def subject(request, shelf):
-    return shelf.subject(SUBJECTS[request.param])
-
-
 def test_the_spectrum_is_that_of_spectrum(subject):
     found = settled.spectrum(subject)
     shown = in_si(gelcone.spectrum(subject.model, subject.initial, periods=settled.SPECTRUM_PERIODS), subject)

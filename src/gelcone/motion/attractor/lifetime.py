@@ -151,23 +151,23 @@ def chaos_of(
     left = (valid & ~escaped & (chaotic[rows, None] | (times > 0.0))).sum(axis=1)
     ended = (escaped & valid).sum(axis=1)
     count = ended + left
-    mean, low, high = lifetimes(ended, np.where(valid, times, 0.0).sum(axis=1))
+    found = lifetimes(ended, np.where(valid, times, 0.0).sum(axis=1))
+    mean, low, high = (np.where(found[0] > 0.0, values, np.nan) for values in found)
     fates = np.array([_fates(int(row), nearby, int(n)) for row, n in zip(rows, left, strict=True)])
     fates = fates.reshape(rows.size, FATES, 3)
     with np.errstate(invalid="ignore"):
-        shares = left / count, fates[..., 2] / count[:, None]
+        share_chaotic, fate_share = left / count, fates[..., 2] / count[:, None]
     return {
-        **{
-            name: np.where(mean > 0.0, value, np.nan)
-            for name, value in (("lifetime", mean), ("lifetime_low", low), ("lifetime_high", high))
-        },
+        "lifetime": mean,
+        "lifetime_low": low,
+        "lifetime_high": high,
         "followed": count,
-        "share_chaotic": shares[0],
+        "share_chaotic": share_chaotic,
         "chaotic_until": np.minimum(nearby.ended, nearby.followed)[rows, 0],
         "coexisting": nearby.persists()[rows],
         "fate_regime": fates[..., 0],
         "fate_period": fates[..., 1],
-        "fate_share": shares[1],
+        "fate_share": fate_share,
     }
 
 
