@@ -251,3 +251,14 @@ def test_pull_in_of_cone_and_membrane_is_that_of_the_films_themselves(monkeypatc
         held.film.highest_squared(x, held.numbers()) > 1.01 * found["cone_pull_in_film_voltage"].values.squeeze() ** 2
     ).all()
     np.testing.assert_allclose(found["cone_force"].values.squeeze(), [held.force(x, v) for v in (0.1, 0.6)], rtol=1e-12)
+
+
+@pytest.mark.parametrize("device", ["weight-cone", "beam-cone"])
+def test_the_biases_of_a_device_have_no_part_in_the_comparison_of_films(device):
+    model = gelcone.find_device(device).to_model()
+    bare = model.replace(bias="spring", spring_stiffness=0.0)
+    options = {"voltages": [0.0, 0.3], "wrinkles": "relax", "elements": 20}
+    own, other = (gelcone.validate(of, [0.3, 0.8], **options) for of in (model, bare))
+    for name in ("cone_force", "deviation", "membrane_force", "membrane_deviation", "continuum_force"):
+        np.testing.assert_array_equal(own[name], other[name], err_msg=name)
+    assert np.nanmax(np.abs(own["membrane_deviation"])) < 0.05

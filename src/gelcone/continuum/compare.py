@@ -156,9 +156,9 @@ def compare(
     x, levels = result["displacement"].values, result["constant_voltage"].values
     members = [single(model.members(), i) for i in range(model.size)]
     cone = {"film": "wrinkling", "pull_in": "minimum"} if wrinkles == "relax" else {"film": "taut"}
-    alone = [member.replace(spring_stiffness=0.0, **cone) for member in members]
+    cones = [member.replace(**cone) for member in members]
     with np.errstate(all="ignore"):
-        force = np.array([[member.force(x, v) for v in levels] for member in alone])
+        force = np.array([[member.film_force(x, v) for v in levels] for member in cones])
         share = np.array([np.tile(m.strain(x) / m.strain_limit(), (levels.size, 1)) for m in members])
     cone_stretch = np.array([member.stretches[0] * np.sqrt(1.0 + x * x) for member in members])
     held = result["force"].values.reshape(force.shape)
@@ -167,7 +167,7 @@ def compare(
     held = np.where(tense, held, np.nan)
     films = [mesh_film(member, ratio, elements) for member, ratio in zip(members, ratios, strict=True)]
     reached = np.array([limit_displacements(film) for film in films])
-    cones = np.array([_cone_limit(member, LIMIT_SHARES) for member in members])
+    cone_reached = np.array([_cone_limit(member, LIMIT_SHARES) for member in members])
     at = ("constant_voltage", "displacement")
     cone_values = dataset.label(
         model,
@@ -177,7 +177,7 @@ def compare(
             "cone_stretch": (at[1:], cone_stretch, "true meridional stretch of the cone", "stretch"),
             "cone_limit_share": (at, share, "share of the stretch limit in the cone, (I1-3)/limit", "ratio"),
             "limit_displacement": (("share",), reached, "where the continuum reaches the share", "length"),
-            "cone_limit_displacement": (("share",), cones, "where the cone reaches the share", "length"),
+            "cone_limit_displacement": (("share",), cone_reached, "where the cone reaches the share", "length"),
         }
         | (_of_wrinkling(result, members, ratios, held) if wrinkles == "relax" else {}),
         coords={"share": (("share",), np.array(LIMIT_SHARES), "share of the stretch limit", "ratio")},
@@ -197,8 +197,8 @@ def _of_wrinkling(
     force, limit = np.full(held.shape, np.nan), np.full((len(members), x.size), np.nan)
     for i, (member, ratio) in enumerate(zip(members, ratios, strict=True)):
         with contextlib.suppress(InputError):
-            own = member.replace(film="membrane", radius_ratio=ratio, spring_stiffness=0.0)
-            force[i] = [own.force(x, v) for v in levels]
+            own = member.replace(film="membrane", radius_ratio=ratio)
+            force[i] = [own.film_force(x, v) for v in levels]
             limit[i] = np.sqrt(own.film.highest_squared(x, own.numbers()))
     ending, reached = (result[name].values.reshape(held.shape) for name in ("ending", "reached_voltage"))
     ended = ending == Ending.PULLED_IN

@@ -105,6 +105,20 @@ class Ensemble:
         """Slope of `force` by x, positive at a stable equilibrium; NaN where the force is."""
         return self._static(x, voltage, 1)
 
+    def film_force(self, x: npt.ArrayLike, voltage: Any = 0.0) -> Any:
+        """Static force of the first film and its field alone, without bias and other films, per mu Vol/(b-a).
+
+        NaN at and beyond the film's stretch limit, and beyond the voltage at which it pulls in.
+        """
+        x, n = self._at(x)
+        film, squared = self.system.film, np.square(np.asarray(voltage, dtype=float))
+        with np.errstate(all="ignore"):
+            inside = film.strain(x, n) < film.strain_limit(n)
+            # without a voltage nothing pulls in, which a wrinkling film takes long to compute
+            if np.any(squared):
+                inside = inside & ~(squared > film.highest_squared(x, n))
+            return np.where(inside, film.force(x, squared, [], n)[0], np.nan)[()]
+
     def _static(self, x: npt.ArrayLike, voltage: Any, order: int) -> Any:
         x, n = self._at(x)
         squared = np.square(np.asarray(voltage, dtype=float))

@@ -101,7 +101,7 @@ test("an arrow key moves the setting along its axis, the opposite one back, and 
 });
 
 test("a hand or a key beyond the ends of a picture moves the setting to its end", () => {
-  const ends = { map: [{ voltage_amplitude: 1600, frequency: 20 }, { voltage_amplitude: 0, frequency: 0.1 }], strip: [{ voltage_amplitude: 1600 }, { voltage_amplitude: 0 }], envelope: [{ frequency: 15, peak: 2500 }, { frequency: 15 / 500, peak: 2500 / 500 }] };
+  const ends = { map: [{ voltage_amplitude: 1600, frequency: 20 }, { voltage_amplitude: 0, frequency: 0.1 }], strip: [{ voltage_amplitude: 1600 }, { voltage_amplitude: 0 }], envelope: [{ frequency: 15, peak: 1.15 * 2500 }, { frequency: 15 / 500, peak: (1.15 * 2500) / 500 }] };
   for (const [kind, { canvas, p, panel, gone, controls, setting }] of [["map", setUp("map")], ["strip", setUp("strip")], ["envelope", envelope()]]) {
     const now = (name) => (name === "peak" ? panel.own()[1] : controls.value(name, setting.values));
     const there = (x, y) => { canvas.onpointerdown(pointer(p, x, y)); canvas.onpointerup(pointer(p, x, y)); };

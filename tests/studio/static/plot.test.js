@@ -207,3 +207,18 @@ test("what is drawn on a plot is inside it, in its own style", () => {
   const [word] = g.calls.filter((c) => c.name === "fillText");
   assert.deepEqual([word.args, word.fillStyle, word.textAlign ?? g.textAlign, word.font.startsWith("600 ")], [["word", 5, 6], "#654321", "right", true]);
 });
+
+test("a plate of the panel's colour lies under a text, wherever the text begins", () => {
+  const p = plot(), g = p.context, wide = 6 * "pull-in".length;
+  for (const [align, start] of [["left", 100], ["center", 100 - wide / 2], ["right", 100 - wide]]) {
+    forget(g);
+    p.label("pull-in", 100, 50, { align, plate: true });
+    const [plate, fill, text] = ["roundRect", "fill", "fillText"].map((name) => g.calls.findIndex((c) => c.name === name));
+    assert.deepEqual(g.calls[plate].args, [start - 5, 42, wide + 10, 16, 4]);
+    assert.ok(g.calls[fill].fillStyle === LIGHT.panel && g.calls[fill].globalAlpha < 1 && plate < fill && fill < text);
+    assert.deepEqual([g.calls[text].globalAlpha, g.calls[text].textAlign], [1, align]);
+  }
+  forget(g);
+  p.label("pull-in", 100, 50);
+  assert.ok(!g.calls.some((c) => c.name === "roundRect"));
+});

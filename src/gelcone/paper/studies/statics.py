@@ -55,7 +55,7 @@ def energy(effort: Effort, progress: Progress) -> xr.Dataset:
     x = np.unique(np.concatenate([np.linspace(-WIDEST, WIDEST, 1601), near, -near]))
     unbiased = model.replace(spring_stiffness=0.0)
     spread = np.broadcast_to(x, (model.size, x.size))
-    film, force = unbiased.energy(spread), unbiased.force(spread)
+    film, force = unbiased.energy(spread), model.film_force(spread)
     over = {
         "film_energy": (("displacement",), film, "strain energy of the film, NaN beyond the stretch limit", "energy"),
         "film_force": (("displacement",), force, "force of the film: the slope of its strain energy", "force"),

@@ -3,6 +3,8 @@ import { colours } from "./colours.js";
 import { format, make, say } from "./controls.js";
 import { Panel, holding } from "./work.js";
 
+const HEADROOM = 1.15; // the axis above the highest voltage, at which limits often lie: room for their names
+
 export class EnvelopePanel extends Panel {
   constructor(host, grids) {
     super(grids, "envelope");
@@ -63,7 +65,7 @@ export class EnvelopePanel extends Panel {
     const found = this.found, c = colours();
     if (!found) return this.nothing(p, this.running ? "computing the envelope, which takes some seconds …" : "");
     const { frequency, window } = found.arrays;
-    p.axes([0, found.most], [0, found.highest], { xLabel: "drive frequency (Hz)", yLabel: `peak voltage${found.in_proportion ? ", bias in proportion" : ""} (V)` });
+    p.axes([0, found.most], [0, HEADROOM * found.highest], { xLabel: "drive frequency (Hz)", yLabel: `peak voltage${found.in_proportion ? ", bias in proportion" : ""} (V)` });
     const faded = this.stale ? 0.4 : 1;
     if (frequency.length) p.inside((g) => {
       g.globalAlpha = 0.25 * faded; g.fillStyle = c.taut;
@@ -80,11 +82,11 @@ export class EnvelopePanel extends Panel {
     }
     let row = 0;
     const named = (name) => (/^pull.in$/.test(name) ? `pull-in of the ${found.pull_in_of}` : name.replaceAll("_", " "));
-    for (const [name, , colour] of shown) p.label(named(name), p.right - 6, p.top + 10 + 14 * row++, { align: "right", colour, bold: true });
+    for (const [name, , colour] of shown) p.label(named(name), p.right - 6, p.top + 10 + 14 * row++, { align: "right", colour, bold: true, plate: true });
     for (const [name, v] of Object.entries(found.static)) {
       if (!Number.isFinite(v) || v === null || v > found.highest) continue;
       p.inside((g) => { g.strokeStyle = c.edge; g.setLineDash([3, 4]); g.beginPath(); g.moveTo(p.left, p.Y(v)); g.lineTo(p.right, p.Y(v)); g.stroke(); });
-      p.label(`${found.in_proportion ? "drive held at its peak:" : "static"} ${named(name)}`, p.left + 6, p.Y(v) + (p.Y(v) - p.top < 14 ? 9 : -7)); // below a line at the top
+      p.label(`${found.in_proportion ? "drive held at its peak:" : "static"} ${named(name)}`, p.left + 6, p.Y(v) - 9, { plate: true });
     }
     p.label("recommended", p.left + 8, p.bottom - 10, { colour: c.taut, bold: true });
   }

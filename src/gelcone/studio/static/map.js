@@ -181,8 +181,7 @@ export class MapPanel extends Panel {
       if (!free) continue;
       const [px, py] = free;
       taken.push([px, py, wide]);
-      g.fillStyle = c.panel; g.globalAlpha = 0.85; g.beginPath(); g.roundRect(px - 5, py - 8, wide + 10, 16, 4); g.fill(); g.globalAlpha = 1;
-      p.label(name, px, py, { colour: c.ink, bold: true });
+      p.label(name, px, py, { colour: c.ink, bold: true, plate: true });
     }
   }
 

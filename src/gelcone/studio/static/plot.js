@@ -211,10 +211,20 @@ export class Plot {
     lines.forEach((line, k) => this.label(line, px, py + 15 * (k - (lines.length - 1) / 2), { align: "center" }));
   }
 
-  /** @param {string} text @param {number} px @param {number} py @param {{colour?: string, align?: CanvasTextAlign, base?: CanvasTextBaseline, bold?: boolean}} how */
-  label(text, px, py, { colour = colours().soft, align = "left", base = "middle", bold = false } = {}) {
+  /**
+   * Writes a text; `plate` lays a plate of the panel's colour under it, which hides the lines that it crosses.
+   * @param {string} text @param {number} px @param {number} py
+   * @param {{colour?: string, align?: CanvasTextAlign, base?: CanvasTextBaseline, bold?: boolean, plate?: boolean}} how
+   */
+  label(text, px, py, { colour = colours().soft, align = "left", base = "middle", bold = false, plate = false } = {}) {
     const g = this.context;
-    g.font = bold ? `600 ${FONT}` : FONT; g.fillStyle = colour; g.textAlign = align; g.textBaseline = base;
+    g.font = bold ? `600 ${FONT}` : FONT;
+    if (plate) {
+      const wide = g.measureText(text).width, start = px - wide * { left: 0, center: 0.5, right: 1 }[align];
+      g.fillStyle = colours().panel; g.globalAlpha = 0.85;
+      g.beginPath(); g.roundRect(start - 5, py - 8, wide + 10, 16, 4); g.fill(); g.globalAlpha = 1;
+    }
+    g.fillStyle = colour; g.textAlign = align; g.textBaseline = base;
     g.fillText(text, px, py);
   }
 }
