@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gelcone import ConeModel, floquet_multipliers, integrate, pitchfork_voltage
+from gelcone.codes import Outcome
 from gelcone.motion import monodromy as module
 from tests.recorded import numbers, record
 from tests.toys import FilteredVoltage
@@ -88,7 +89,7 @@ def test_the_maps_of_members_with_as_many_pieces_are_run_together_with_the_optio
         tangents[:, 0, 2, 2] = 7.0
         return SimpleNamespace(tangents=tangents, outcome=np.full(len(states), len(asked["integrate"]), dtype=np.int8))
 
-    asked = record(monkeypatch, module, integrate=ran, _resting=resting)
+    asked = record(monkeypatch, module, integrate=ran, _resting=(resting, np.zeros(3, dtype=np.int8)))
     found = module.monodromy(members, {"tolerance": 2e-9, "threads": 5}, shares.append)
     assert asked["_resting"][0]["options"] == {"tolerance": 2e-9, "threads": 5}
     few, many = sorted(asked["integrate"], key=lambda call: call["times"].shape[1])
@@ -111,16 +112,27 @@ def test_the_maps_of_members_with_as_many_pieces_are_run_together_with_the_optio
 
 def test_states_besides_the_discs_settle_with_the_options_until_they_no_longer_change(monkeypatch):
     """64 forcing periods at a time; of two states there is nothing to wait for."""
-    runs = iter([1.0, 0.5, 0.5])
+    runs = iter([(1.0, [0, 0]), (0.5, [0, 6]), (0.5, [0, 4])])
 
     def ran(members, states, times, **options):
-        return SimpleNamespace(states=np.tile([0.0, 0.0, next(runs)], (members.size, 1, 1)))
+        value, outcome = next(runs)
+        return SimpleNamespace(states=np.tile([0.0, 0.0, value], (members.size, 1, 1)), outcome=np.array(outcome))
 
     asked = record(monkeypatch, module, integrate=ran)
     members = ConeModel(circuit=FilteredVoltage(), drive_frequency=0.5, damping_ratio=[0.1, 0.2]).members()
-    assert module._resting(members, {"tolerance": 2e-9, "threads": 5}).tolist() == [[0.0, 0.0, 0.5]] * 2
+    states, outcome = module._resting(members, {"tolerance": 2e-9, "threads": 5})
+    assert states.tolist() == [[0.0, 0.0, 0.5]] * 2
+    assert outcome.tolist() == [0, 6]  # how a member first ended
     assert len(asked["integrate"]) == 3
     for call in asked["integrate"]:
         np.testing.assert_allclose(call["times"], module.SETTLING * np.full((2, 1), float(members.forcing_period[0])))
         assert (call["tolerance"], call["threads"]) == (2e-9, 5)
-    assert module._resting(ConeModel().members(), {"tolerance": 2e-9, "threads": 5}).tolist() == [[0.0, 0.0]]
+    states, outcome = module._resting(ConeModel().members(), {"tolerance": 2e-9, "threads": 5})
+    assert (states.tolist(), outcome.tolist()) == ([[0.0, 0.0]], [0])
+
+
+def test_a_flat_film_that_pulls_in_before_it_has_settled_says_so():
+    creeping = {"film": "wrinkling", "viscous_modulus_1": 0.5, "relaxation_time_1": 10.0, "hoop_prestretch": 1.4}
+    found = floquet_multipliers(ConeModel(**creeping, voltage=[0.5, 3.0], drive_frequency=0.5))
+    assert found.outcome.values.tolist() == [Outcome.OK, Outcome.PULLED_IN]
+    assert np.isfinite(found.multiplier_real.values).tolist() == [[True, True], [False, False]]

@@ -139,3 +139,20 @@ def test_beyond_the_limit_of_the_current_the_disc_rests_where_the_leak_takes_all
     h = 1e-5
     force = balance.force(places[0] + np.array([-h, h]), 16.0)
     assert balance.slope(places[0], 16.0) == pytest.approx((force[1] - force[0]) / (2.0 * h), rel=1e-5)
+
+
+def test_at_once_a_creeping_membrane_pulls_in_alike_behind_a_resistance_without_leak_to_speak_of():
+    """Held at its states it hangs loose in the flat state and has no charge there, hence no command."""
+    film = {"film": "membrane", "prestretch": 1.5, "prestretch_mode": "equibiaxial", "radius_ratio": 0.2}
+    branch = {"viscous_modulus_1": 0.5, "relaxation_time_1": 10.0}
+    drive = {"damping_ratio": 0.02, "spring_stiffness": 0.9, "rest_height": 0.8}
+    alone = ConeModel(**film, **branch, **drive)
+    source = alone.replace(circuit="amplifier", series_resistance=0.05)
+    found = [
+        gelcone.limits(model, at_once=True)
+        for model in (alone, source.replace(leakage_time=1e12), source.replace(leakage_time=9.0))
+    ]
+    free, led, leaking = (one.pull_in_voltage.item() for one in found)
+    assert [int(one.pull_in_kind) for one in found] == [PullIn.FILM] * 3
+    assert led == pytest.approx(free, rel=1e-9)
+    assert 1.001 * led < leaking < 1.05 * led

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from gelcone.codes import Outcome
 from gelcone.motion.cyclic import scaled_product
 from gelcone.motion.flow import integrate
 from gelcone.motion.multipliers import moduli_in_the_plane
@@ -58,15 +59,17 @@ class Monodromy:
         return real, np.where(np.isnan(real), np.nan, imag), log_modulus
 
 
-def _resting(members: Members, options: dict[str, Any]) -> Array:
-    """States (members, N) at phase 0 with the disc at rest and all other states periodic with the drive."""
-    states = members.start_states((0.0, 0.0))
+def _resting(members: Members, options: dict[str, Any]) -> tuple[Array, npt.NDArray[np.int8]]:
+    """States (members, N) at phase 0 with the disc at rest and all other states periodic with the drive, and the
+    outcomes of the runs to them."""
+    states, outcome = members.start_states((0.0, 0.0)), np.zeros(members.size, dtype=np.int8)
     for _ in range(0 if members.system.planar else MOST_SETTLINGS):
         run = integrate(members, states, SETTLING * members.forcing_period[:, None], **options)
         change, states = np.abs(run.states[:, -1] - states), run.states[:, -1]
+        outcome = np.where(outcome == Outcome.OK, run.outcome, outcome)
         if not (change > STILL_STABLE).any():
             break
-    return states
+    return states, outcome
 
 
 def monodromy(members: Members, options: dict[str, Any], progress: Progress = None) -> Monodromy:
@@ -74,7 +77,7 @@ def monodromy(members: Members, options: dict[str, Any], progress: Progress = No
     numbers of a member do not depend on the others."""
     repeat = members.forcing_period
     pieces = next_power_of_two(np.maximum(repeat * members.fastest / PIECE, 1.0))
-    resting = _resting(members, options)
+    resting, at_rest = _resting(members, options)
     result = np.full((3, members.size), np.nan)
     outcome = np.zeros(members.size, dtype=np.int8)
     for count in np.unique(pieces):
@@ -87,6 +90,7 @@ def monodromy(members: Members, options: dict[str, Any], progress: Progress = No
             assert run.tangents is not None
             # the other states are even in x, so that they do not respond to deviations of the disc to first order
             result[:, rows], outcome[rows] = _trace_and_area(run.tangents[..., :2, :2]), run.outcome
+    outcome = np.where(at_rest == Outcome.OK, outcome, at_rest)
     log_product = -2.0 * members.damping_ratio * repeat
     return Monodromy(result[0], result[1], log_product, np.expm1(result[2] - log_product), repeat, outcome)
 

@@ -136,8 +136,8 @@ class StaticBalance:
 
     @cached_property
     def film_fails(self) -> bool:
-        """Whether the film can pull in."""
-        return math.isfinite(self.highest_squared)
+        """Whether the film can pull in, whatever command leads to its voltage."""
+        return bool(np.isfinite(self.system.film.highest_squared(0.0, self.n)))
 
     @cached_property
     def segments(self) -> dict[int, list[tuple[float, float]]]:

@@ -219,3 +219,15 @@ def test_a_film_with_stiff_branches_that_crept_at_its_reach_hangs_loose_next_to_
     np.testing.assert_allclose(at, at[0], rtol=1e-12)
     assert 8.3 < at[0] < 8.7
     assert film.pull(at[0], 0.1, y, own)[0] == pytest.approx(0.0, abs=1e-10)
+
+
+def test_a_film_whose_tension_ends_in_the_flat_state_is_that_of_one_next_to_it():
+    """The natural height and K are 0 there at once, and K stays 0 while the voltage is above that of slackness."""
+    film = {"meridional_prestretch": 1.1, "hoop_prestretch": 1.4, "prestretch": None, "prestretch_mode": "radial"}
+    model = model_of(**film, rest_height=0.0, voltage=0.65, voltage_bias=0.28, drive_frequency=1.5)
+    runs = [simulate(model, (x, 0.0), periods=2) for x in (0.0, 1e-6)]
+    assert [int(run.outcome) for run in runs] == [Outcome.OK] * 2
+    np.testing.assert_array_equal(runs[0].displacement, 0.0)
+    slack, other = (run.film_state_wrinkled.item() + run.film_state_slack.item() for run in runs)
+    assert 0.1 < slack < 0.9
+    assert slack == pytest.approx(other, abs=0.02)

@@ -29,6 +29,14 @@ from gelcone.physics.film.branches import Branches
 from gelcone.physics.film.film import Border
 from gelcone.physics.implicit import known, root, traced
 
+FLAT = 1e-4
+"""Squared height that is added to the natural one in its equation: in the flat state, where both the natural height and
+K are 0, the equation would have a double root."""
+
+ABOVE = 1.5
+"""Multiple of the rise to the height at which the last branch is free, found to some per cent, that bounds the natural
+height from above: the relaxed film of much greater heights may have pulled in."""
+
 
 class Membrane(Protocol):
     """The relaxed membrane, as its branches use it."""
@@ -75,7 +83,8 @@ class CreepingMembrane:
 
         def residual(natural: Any, s: Any, squared: Any, *others: Any) -> Any:
             *y, xp = others
-            push = natural * self.pull(natural, squared, y, n, xp)[0]  # K alone bends down: from above, too far a step
+            # K alone bends down: from above, too far a step
+            push = (natural + FLAT) * self.pull(natural, squared, y, n, xp)[0]
             return push if known(pulls) == 0.0 else pulls * (natural - s) + (1.0 - pulls) * push
 
         law = [n[name] for name in self.film.switch_names]
@@ -101,7 +110,8 @@ class CreepingMembrane:
             loose = (self.pull(least, squared, y, n)[0] < 0.0) | (s < least)
             if not loose.any():
                 return s, np.ones(s.shape)
-            most = np.where(loose, np.maximum(n["reach_squared"], s), s)
+            free = height_of(self.film.viscous.free_length(y, np), n)
+            most = np.clip(n["mean_begin"] + ABOVE * (free - n["mean_begin"]), least, np.maximum(n["reach_squared"], s))
             natural = rise(lambda at: np.nan_to_num(self.pull(at, squared, y, n)[0]), least, most)
         return np.where(loose, natural, s), np.where(loose, 0.0, 1.0)
 
