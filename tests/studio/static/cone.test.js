@@ -253,9 +253,11 @@ test("a hand takes the disc and lets it go at its place, and the gauge; a frame 
   put("pointerdown", gauge.box[0] + 1, quarter); put("pointermove", gauge.box[0], gauge.box[3]); put("pointerup", gauge.box[0], gauge.box[3]);
   assert.deepEqual(done, [["volts", 0, false], ["volts", 0, true]]);
   assert.ok(own.held === null);
-  own.w = 20;
-  own.draw([{ about: ABOUT, height: 10, films: [0, 0], low: 0, high: 20, volts: [0, 100], voltage: 50, heightText: "", voltageText: "" }]);
-  assert.ok(own.context.calls.filter((c) => c.name === "ellipse").every(({ args: [, , across, up] }) => across >= 0 && up >= 0));
+  for (const [w, h, drawn] of [[20, 480, false], [0, 480, false], [640, 0, false], [640, 20, true]]) { // too narrow for the gauge, and too low for the texts
+    Object.assign(own, { w, h }); forget(own.context);
+    own.draw([{ about: ABOUT, height: 10, films: [0, 0], low: 0, high: 20, volts: [0, 100], voltage: 50, heightText: "", voltageText: "" }]);
+    assert.equal(own.context.calls.some((c) => c.name === "ellipse"), drawn, `${w} ${h}`);
+  }
 });
 
 test("in perspective the disc lies at its height, its upper face over its lower one", () => {

@@ -15,10 +15,10 @@ const LIST = [
   { name: "release_height", label: "Release height", group: "Start", kind: "number", value: null, unit: "mm", low: 0, high: 40, powers: { m: 0, mm: -3 }, about: "", choices: [] },
 ];
 
-function controls() {
+function controls(list = LIST) {
   const root = browser(), $ = (id) => document.getElementById(id), changes = [];
   const own = new Controls({ drive: $("drive"), groups: $("groups"), group: $("group"), general: $("general"), changed: (...change) => changes.push(change) });
-  own.show(LIST, {});
+  own.show(list, {});
   return { own, changes, root, row: (name) => own.rows.get(name) };
 }
 
@@ -195,8 +195,8 @@ test("after any change of their list controls are those of a page that shows the
       const list = LIST.map((c, at) => (at === k ? { ...c, [name]: value, ...(name === "kind" && { value: "one", choices: OTHER.choices }) } : c));
       const { own, root } = controls(), open = own.open;
       own.show(list, {});
-      const again = tree(root), fresh = controls();
-      fresh.own.show([], {}); fresh.own.open = open; fresh.own.show(list, {});
+      const again = tree(root), fresh = controls(list);
+      if (fresh.own.pages[open]) fresh.own.choose(open);
       assert.deepEqual(again, tree(fresh.root), name);
     }
   }

@@ -10,7 +10,7 @@ const VOLTS = { V: 0, kV: 3, mV: -3, MV: 6 }, HERTZ = { Hz: 0, kHz: 3, mHz: -3 }
 
 export const LIST = [
   { ...number("waveform", "sine", 0, 1), kind: "choice", choices: ["sine", "triangle"] },
-  number("voltage_amplitude", 800, 0, 1600, "V", VOLTS), number("voltage_offset", 1, 0, 2, "kV", VOLTS), number("frequency", 10, 0.1, 20, "Hz", HERTZ), number("film_thickness", 0.2, 0.01, 0.4, "mm", { m: 0, mm: -3 }),
+  number("voltage_amplitude", 800, 0, 1600, "V", VOLTS), number("voltage_offset", 1, 0, 2, "kV", VOLTS), number("frequency", 10, 0.1, 20, "Hz", HERTZ), { ...number("film_thickness", 0.2, 0.01, 0.4, "mm", { m: 0, mm: -3 }), group: "Body" },
 ];
 export const LEGEND = { regimes: [{ name: "rest", colour: "#777777" }, { name: "periodic", colour: "#0072b2" }, { name: "quasi-periodic", colour: "#009e73" }, { name: "chaotic", colour: "#d55e00" }], pulled_in: { name: "pulled in", colour: "#5b5b5b" } };
 

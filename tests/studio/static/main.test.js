@@ -1,7 +1,7 @@
 // The whole page with a server that the tests play: what it asks for, and where the answers go.
 import assert from "node:assert/strict";
-import test from "node:test";
-import { LIGHT, Socket, browser, draw, forget, near, page, strokes, texts, wait } from "./page.js";
+import test, { afterEach } from "node:test";
+import { LIGHT, Socket, browser, draw, faults, forget, near, page, strokes, texts, wait } from "./page.js";
 
 browser("#device=biased-pump&frequency=9+Hz");
 let moment = 0;
@@ -28,6 +28,8 @@ function answer(more = {}, arrays = RUN(), words = {}, list = CONTROLS) {
   if (controls) socket.give({ kind: "subject", id, side, controls: list, words: {} });
   socket.give({ kind: "response", id, side, about: ABOUT, words: { seems: "seems to repeat", ended: "", period: 100, shares: [{ code: 0, share: 0.4 }, { code: 1, share: 0.3 }, { code: 4, share: 0.3 }], ...words }, ...more }, arrays);
 }
+
+afterEach(() => assert.deepEqual(faults(), []));
 
 test("the page says hello, and asks for what its address says", () => {
   socket.open();

@@ -9,6 +9,30 @@ export const SIZE = [640, 480]; // of everything, in pixels
 
 function variables(css) { return Object.fromEntries([...css.matchAll(/--(\w+):\s*([^;]+);/g)].map(([, name, value]) => [name, value])); }
 
+// What a canvas takes; a browser ignores the rest without a word, or ends the script.
+const COLOUR = /^(#[0-9a-f]{6}|rgba?\((\d+, ?){2}\d+(, ?[\d.]+)?\))$/, SHARE = (v) => v >= 0 && v <= 1, oneOf = (...names) => (v) => names.includes(v);
+const STYLES = {
+  fillStyle: (v) => COLOUR.test(v), strokeStyle: (v) => COLOUR.test(v), globalAlpha: SHARE, lineWidth: (v) => v > 0 && v < 20, font: (v) => /^([67]00 )?\d+px system-ui, /.test(v),
+  textAlign: oneOf("left", "center", "right"), textBaseline: oneOf("top", "middle", "bottom"), lineCap: oneOf("butt", "round"), lineJoin: oneOf("round", "bevel"), imageSmoothingEnabled: oneOf(false),
+};
+const METHODS = {
+  save: 0, restore: 0, beginPath: 0, closePath: 0, fill: 0, stroke: 0, clip: 0, moveTo: 2, lineTo: 2, translate: 2, rotate: 1, rect: 4, roundRect: 5, fillRect: 4, clearRect: 4, arc: 5, ellipse: 7,
+  setTransform: 6, setLineDash: 1, measureText: 1, fillText: 3, drawImage: 3, createImageData: 2, putImageData: 3,
+};
+const GAPS = ["fillRect"]; // points without a value are left out
+
+// Whether a text can be read: without the names that JavaScript has for what is missing.
+const readable = (text) => !/undefined|NaN|null|Infinity|\[object|=>/.test(text);
+
+function checked(name, args, style) {
+  const wrong = `${name}(${args.map(String).join(", ")})`;
+  if (!(args.length >= METHODS[name])) throw new TypeError(wrong);
+  const numbers = args.flat().slice(["fillText", "measureText", "drawImage", "putImageData"].includes(name) ? 1 : 0);
+  if (!GAPS.includes(name) && !numbers.every(Number.isFinite)) throw new Error(wrong);
+  if (name === "fillText" && !(style.font && style.textAlign && style.textBaseline && style.fillStyle && typeof args[0] === "string" && readable(args[0]))) throw new Error(`${wrong} ${JSON.stringify(style)}`);
+  if (/arc|ellipse/.test(name) && args[2] < 0) throw new RangeError(wrong);
+}
+
 // A canvas context: each call with its arguments and the style in which it was made.
 export function recorder() {
   const calls = [], style = { globalAlpha: 1, lineWidth: 1, fillStyle: "", strokeStyle: "", font: "" }, stack = [];
@@ -17,17 +41,24 @@ export function recorder() {
     get(target, name) {
       if (name === "calls") return calls;
       if (name in style) return style[name];
+      if (!(name in METHODS)) return undefined;
       return (...args) => {
+        checked(name, args, style);
         if (name === "save") stack.push([{ ...style }, dash, shift]);
         if (name === "restore") { const [own, ownDash, ownShift] = stack.pop(); Object.assign(style, own); dash = ownDash; shift = ownShift; }
         if (name === "setLineDash") [dash] = args;
+        if (name === "setTransform") shift = [0, 0];
         if (name === "translate") shift = [shift[0] + args[0], shift[1] + args[1]];
         calls.push({ name, args, ...style, dash, shift });
         if (name === "measureText") return { width: 6 * args[0].length };
         if (name === "createImageData") return { data: new Uint8ClampedArray(4 * args[0] * args[1]) };
       };
     },
-    set(target, name, value) { style[name] = value; return true; },
+    set(target, name, value) {
+      if (!STYLES[name]?.(value)) throw new Error(`${name} = ${value}`);
+      style[name] = value;
+      return true;
+    },
   });
 }
 
@@ -50,8 +81,22 @@ class Style {
   setProperty(name, value) { this[name] = value; }
 }
 
+// Names that elements, their attributes and properties may have: of others a browser makes nothing.
+const TAGS = "html head body meta title link script header h1 h2 h3 img label span select option optgroup button input div aside p main section canvas ul li i b output dialog pre svg path a".split(" ");
+const ATTRIBUTES = "id class hidden style title role lang charset name content rel href src alt width height type accept multiple autocomplete spellcheck placeholder min max value selected for viewBox fill stroke stroke-width d".split(" ");
+const ARIA = "controls describedby expanded hidden invalid label labelledby live pressed selected valuetext".split(" ").map((name) => `aria-${name}`);
+const ROLES = "alert application group img status tab tablist tabpanel".split(" ");
+const PROPERTIES = {
+  "*": "className hidden id style tabIndex textContent title onclick onkeydown", a: "download href", button: "disabled type", canvas: "height width onpointerdown onpointermove onpointerup onpointercancel", label: "htmlFor", optgroup: "label", option: "value",
+  input: "autocomplete disabled files max min onchange oninput placeholder spellcheck step type value", select: "disabled onchange value", link: "href type", script: "src type", meta: "name", output: "value",
+};
+const OWN = "tagName children attributes style dataset parent own listeners classList clientWidth clientHeight scrollWidth chosen context open captureStream toBlob".split(" "); // of this file and of tests
+const known = (tag, name) => OWN.includes(name) || `${PROPERTIES["*"]} ${PROPERTIES[tag] ?? ""}`.split(" ").includes(name);
+const valid = (name, value) => (name === "role" ? ROLES.includes(value) : /^aria-(pressed|expanded|selected|invalid|hidden)$/.test(name) ? /^(true|false)$/.test(value) : /^aria-/.test(name) ? ARIA.includes(name) && readable(value) : /^data-/.test(name) || ATTRIBUTES.includes(name));
+
 class Element {
   constructor(tag) {
+    if (!TAGS.includes(tag)) throw new Error(`<${tag}>`);
     Object.assign(this, { tagName: tag, children: [], attributes: {}, style: new Style(), dataset: {}, parent: null, hidden: false, own: "", listeners: {} });
     this.classList = {
       has: (name) => this.className.split(" ").includes(name),
@@ -65,11 +110,12 @@ class Element {
   }
 
   get textContent() { return this.children.length ? this.children.map((c) => (typeof c === "string" ? c : c.textContent)).join("") : this.own; }
-  set textContent(text) { this.children = []; this.own = String(text); }
+  set textContent(text) { if (!readable(String(text))) throw new Error(`<${this.tagName}> ${text}`); this.children = []; this.own = String(text); }
   append(...parts) { for (const part of parts) { if (part?.parent) part.remove(); if (part instanceof Element) part.parent = this; this.children.push(part); } }
   replaceChildren(...parts) { for (const c of this.children) if (c instanceof Element) c.parent = null; this.children = []; this.own = ""; this.append(...parts); }
   remove() { if (this.parent) this.parent.children = this.parent.children.filter((c) => c !== this); this.parent = null; }
   setAttribute(name, value) {
+    if (!valid(name, String(value))) throw new Error(`<${this.tagName} ${name}="${value}">`);
     this.attributes[name] = String(value);
     if (name === "id") this.id = String(value);
     if (name === "class") this.className = String(value);
@@ -77,7 +123,10 @@ class Element {
     if (name.startsWith("data-")) this.dataset[name.slice(5)] = String(value);
     if (["value", "type", "min", "max", "title"].includes(name)) this[name] = String(value);
   }
-  getAttribute(name) { return name === "id" ? this.id ?? null : this.attributes[name] ?? null; }
+  getAttribute(name) {
+    const own = { id: this.id, type: this.type, title: this.title, tabindex: this.tabIndex, hidden: this.hidden ? "" : undefined }[name];
+    return own ?? (name.startsWith("data-") ? this.dataset[name.slice(5)] : this.attributes[name]) ?? null;
+  }
   removeAttribute(name) { delete this.attributes[name]; }
   get options() { return this.all().filter((e) => e.tagName === "option"); }
   get selectedOptions() { return this.options.filter((o) => o.value === this.value); }
@@ -86,22 +135,29 @@ class Element {
   get firstChild() { return this.children[0] ?? null; }
   get parts() { return this.children.filter((c) => c instanceof Element); }
   all() { return this.parts.flatMap((c) => [c, ...c.all()]); }
+  // Whether a selector of the style sheet or of a module fits; what a hand does (:hover, :focus) fits always.
   matches(selector) {
-    return selector.split(",").some((one) => {
-      const steps = one.trim().split(/\s+/), own = steps.pop();
-      const fits = (e, step) => [...step.matchAll(/\[([\w-]+)(?:="?([^\]"]*)"?)?\]|([#.]?)([\w-]+)/g)].every(([, attribute, value, kind, name]) => {
+    return selector.split(/,(?![^(]*\))/).some((one) => {
+      const steps = one.trim().replace(/::[\w-]+|:(hover|focus(-visible)?)\b/g, "").split(/\s+(?=[^>\s])(?<!>\s)/);
+      const fits = (e, own) => [...own.matchAll(/:not\(([^)]*)\)|\[([\w-]+)(?:="?([^\]"]*)"?)?\]|:([\w-]+)|([#.]?)([\w-]+)/g)].every(([, not, attribute, value, state, kind, name]) => {
+        if (not) return !fits(e, not);
         if (attribute) return value === undefined ? e.getAttribute(attribute) !== null : e.getAttribute(attribute) === value;
+        if (state) return { disabled: e.disabled, empty: !e.textContent, root: !e.parent, "first-child": e.parent?.parts[0] === e, "last-child": e.parent?.parts.at(-1) === e }[state];
         return kind === "#" ? e.id === name : kind === "." ? e.classList.has(name) : e.tagName === name;
       });
-      if (!fits(this, own)) return false;
+      const chain = (e, own) => { // parts of a step that are joined by >
+        const [last, ...above] = own.split(/\s*>\s*/).reverse();
+        return fits(e, last) && (!above.length || (Boolean(e.parent) && chain(e.parent, above.reverse().join(" > ")))) ;
+      };
+      if (!chain(this, steps.pop())) return false;
       let above = this.parent;
-      while (steps.length && above) { if (fits(above, steps.at(-1))) steps.pop(); above = above.parent; }
+      while (steps.length && above) { if (chain(above, steps.at(-1))) steps.pop(); above = above.parent; }
       return !steps.length;
     });
   }
   querySelectorAll(selector) { return this.all().filter((e) => e.matches(selector)); }
   querySelector(selector) { return this.querySelectorAll(selector)[0] ?? null; }
-  getContext() { return (this.context ??= recorder()); }
+  getContext(kind = "2d") { return kind === "2d" ? (this.context ??= recorder()) : null; }
   getBoundingClientRect() { return { left: 10, top: 20, width: SIZE[0], height: SIZE[1] }; }
   addEventListener(name, does) { (this.listeners[name] ??= []).push(does); }
   setPointerCapture() {}
@@ -189,6 +245,28 @@ export function browser(hash = "", search = "?token=secret") {
   put("setTimeout", (does, wait, ...args) => page.timers.push({ does: () => does(...args), wait }));
   put("clearTimeout", (number) => { if (number) page.timers[number - 1] = null; });
   return root;
+}
+
+// The selectors of the style sheet, and what is wrong about the elements of the page: names that mean nothing, texts that
+// are not read, names that are missing, references that lead nowhere, and classes without a style.
+export const SELECTORS = [...new Set([...CSS.replace(/\/\*.*?\*\/|@media[^{]*\{/g, "").matchAll(/([^{}]+)\{[^}]*\}/g)].flatMap(([, list]) => list.split(/,(?![^(]*\))/)).map((one) => one.trim()))];
+const SCRIPTED = ["plot", "valid"];
+const STYLED = new Set(SELECTORS.flatMap((one) => [...one.matchAll(/\.([\w-]+)/g)].map(([, name]) => name)));
+export const everything = () => [document.documentElement, ...document.documentElement.all()];
+export function faults() {
+  const all = everything(), ids = all.map((e) => e.id).filter(Boolean), found = [];
+  const wrong = (e, what) => found.push(`<${e.tagName}${e.id ? ` id="${e.id}"` : ""} class="${e.className}">: ${what}`);
+  for (const e of all) {
+    const label = all.find((own) => own.tagName === "label" && (own.htmlFor === e.id && e.id || own.all().includes(e)));
+    for (const name of Object.keys(e)) if (!known(e.tagName, name)) wrong(e, `property ${name}`);
+    for (const name of e.className.split(" ").filter(Boolean)) if (!STYLED.has(name) && !SCRIPTED.includes(name)) wrong(e, `class ${name}`);
+    for (const text of [e.title, e.own]) if (text && !readable(text)) wrong(e, text);
+    for (const id of [e.htmlFor, ...["controls", "describedby", "labelledby"].map((name) => e.getAttribute(`aria-${name}`))]) if (id && ids.filter((own) => own === id).length !== 1) wrong(e, `refers to ${id}`);
+    if (e.tagName === "button" && e.type !== "button") wrong(e, `type ${e.type}`);
+    if (e.tagName === "input" && !["text", "range", "file"].includes(e.type)) wrong(e, `type ${e.type}`);
+    if (["button", "select", "input"].includes(e.tagName) || ["img", "application", "tab", "tablist", "group"].includes(e.getAttribute("role"))) if (![e.getAttribute("aria-label"), e.textContent.trim(), e.title, label?.textContent.trim()].some(Boolean)) wrong(e, "has no name");
+  }
+  return found;
 }
 
 // Runs what was put off: pictures, or timers of at most the given milliseconds.

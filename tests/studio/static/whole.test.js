@@ -1,7 +1,7 @@
 // The whole page, opened anew for each test: what every answer and every hand changes, and what stays.
 import assert from "node:assert/strict";
-import test from "node:test";
-import { DARK, LIGHT, Socket, browser, draw, forget, near, page, texts, wait } from "./page.js";
+import test, { afterEach } from "node:test";
+import { DARK, LIGHT, SELECTORS, Socket, browser, draw, everything, faults, forget, near, page, texts, wait } from "./page.js";
 
 const HERTZ = { Hz: 0, kHz: 3 }, VOLTS = { V: 0, kV: 3 };
 const CONTROLS = [
@@ -15,6 +15,8 @@ const HELLO = { kind: "hello", id: 1, devices: ["biased-pump", "soft-film"], pre
 const RUN = (more = {}) => ({ t: Float32Array.of(0, 50, 100), x: Float32Array.of(10, 20, 10), u: Float32Array.of(0, 1, 0), v: Float32Array.of(200, 1234, 200), film: Uint8Array.of(0, 0, 0), ...more });
 let moment = 0, opened = 0;
 globalThis.performance.now = () => moment;
+
+afterEach(() => assert.deepEqual(faults(), []));
 
 // A page at an address, greeted by its server.
 async function open(hash = "#device=biased-pump", greeted = true) {
@@ -401,4 +403,23 @@ test("pictures follow each other in one row, however often something else asks f
   answer();
   if ($("play").getAttribute("aria-label") === "Play") $("play").click();
   for (let k = 0; k < 5; k++) { draw(); $("theme").click(); draw(); assert.equal(waiting(), 1, `${k}`); }
+});
+
+test("what is shown is made of what a browser knows, is named, and is styled: each rule of the style sheet is of something on the page", async () => {
+  const seen = new Set(), look = () => { for (const one of SELECTORS) if (!seen.has(one) && everything().some((e) => e.matches(one))) seen.add(one); assert.deepEqual(faults(), []); };
+  const film = { name: "film", label: "Film", group: "Body", kind: "choice", value: "taut", unit: "", low: 0, high: 1, powers: {}, about: "", choices: ["taut", "wrinkling"] };
+  const { $, answer, give, socket, last } = await open(), number = { name: "stroke", place: 0, text: "1 mm", value: 1 };
+  CONTROLS.push(film); answer(RUN(), { wrinkles: true }); CONTROLS.pop();
+  give("kind", { regime: 1, lines: ["periodic, period 1", "one"], extent: [4, 5], numbers: [number] }); draw(); look();
+  $("badges").querySelector(".why").click(); look();
+  const field = (name) => document.querySelector(`[data-name="${name}"]`).querySelector("select,input"), refuse = (name) => socket.give({ kind: "error", id: last("look").id, side: "a", control: name, message: `${name}: is wrong` });
+  field("frequency").value = "12.3456789 Hz"; field("frequency").onchange(); wait(400); look();
+  for (const name of ["frequency", "film"]) { field(name).value = "wrinkling"; field(name).onchange(); refuse(name); look(); }
+  document.querySelector('[data-name="frequency"] .more').click(); look();
+  document.querySelector('[data-name="voltage_amplitude"] .lock').click(); look();
+  answer(RUN(), {}, { shares: [{ code: 1, share: 1 }] }); look();
+  $("file").files = [{ name: "huge.toml", size: 30001 }]; await $("file").onchange(); look();
+  $("compare").click(); answer(); look();
+  $("browse").click(); $("save").click(); $("share").click(); $("theme").click(); look();
+  assert.deepEqual(SELECTORS.filter((one) => !seen.has(one)), []);
 });

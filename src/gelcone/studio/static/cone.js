@@ -63,7 +63,7 @@ export class Cone {
   // sides: {about, height, voltage, films, low, high, volts} of each setting; heights in the unit of about.rim.
   draw(sides) {
     const g = this.context, { w, h } = this;
-    if (!w || !h) return;
+    if (w <= GAUGE || !h) return;
     if (this.held) sides = sides.map((side) => ({ ...side, low: this.held.low, high: this.held.high, volts: this.held.volts }));
     this.grips = []; this.foot = sides.length > 1 ? NAMES : 0;
     g.setTransform(this.d, 0, 0, this.d, 0, 0);

@@ -112,7 +112,7 @@ export class Controls {
     const tabs = [...this.groups.children];
     marked(tabs, tabs.find((tab) => tab.textContent === name));
     this.group.setAttribute("aria-labelledby", `tab-${name}`);
-    this.group.replaceChildren(...(this.pages[name] ?? []));
+    this.group.replaceChildren(...this.pages[name]);
   }
 
   row(control) {
