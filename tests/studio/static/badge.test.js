@@ -1,7 +1,7 @@
 // The badge: the kind of motion, its numbers, and whether the model holds.
 import assert from "node:assert/strict";
 import test from "node:test";
-import { LIGHT, browser, near } from "./page.js";
+import { LIGHT, browser, made, near } from "./page.js";
 
 browser();
 const from = (name) => import(`../../../src/gelcone/studio/static/${name}.js`);
@@ -138,4 +138,14 @@ test("the sentence on the model names every state that breaks it, and of a run t
 test("a badge is read in this order: side, kind of motion, numbers, whether the model holds, evidence", () => {
   const { row } = badge({}), leaves = (e) => (e.parts.length ? e.parts.flatMap(leaves) : [e]);
   assert.deepEqual([...new Set(leaves(row.box).map((e) => Object.keys(row).find((name) => row[name] === e)))].filter(Boolean), ["side", "kind", "numbers", "valid", "why", "evidence"]);
+});
+
+test("a badge is made of its side, kind, numbers and sentences, each in its own look", () => {
+  const number = (name, more) => [name, { name, place: 0, text: "-1 um", value: 1, ...more }], shown = (...given) => made(badge(...given).row.box);
+  const box = (kind, numbers, valid, text, evidence) => `div.badge [span.side, span.kind "${kind}", div.words [p.numbers [${numbers}], p.line [span.${valid} "${text}" (${text}), button.more.why "evidence" expanded=false], -p.evidence "${evidence}" (${evidence})]]`;
+  assert.equal(shown({}), box("Seems to repeat …", '"computing the settled motion …"', "valid.yes", "the model holds: film taut throughout", "first impression; the evidence is being computed"));
+  assert.equal(shown({}, { lines: ["periodic, period 1", "one", "two"], regime: 1, numbers: new Map([number("stroke"), number("lag", { old: true })]) }), box("Periodic, period 1", 'span.number ["stroke ", b "−1 µm"], span.number.old ["lag ", b "−1 µm"]', "valid.yes", "the model holds: film taut throughout", "one · two"));
+  const { own } = badge({});
+  own.lower = () => {}; own.show("a", { words: { shares: [{ code: 0, share: 1 }], seems: "after 3 ms", ended: "pulled in" }, about: { film: FILM, si: true, strength: true } }, LEGEND);
+  assert.equal(made(own.rows.get("a").box), box("Pulled in", '"after 3 ms", button.more "lower the voltage"', "no.valid", "the model holds until then only: film taut throughout", "after 3 ms"));
 });

@@ -134,3 +134,11 @@ test("a run that ends is held at its end, another begins anew; the longer of two
     assert.equal(heightAt(scene, time), x);
   }
 });
+
+test("a run of the second setting alone is played, too", () => {
+  const own = clock({ b: run(40) });
+  own.speeds(20, true); own.speed.value = "real"; own.tick(0); own.tick(8);
+  assert.deepEqual([own.time(), own.look().t.length], [8, 3]);
+  own.playing = false; own.write(0);
+  assert.equal(own.output.textContent, "8 ms");
+});

@@ -24,5 +24,7 @@ test("colours are mixed and written on so that they can be read", () => {
   assert.equal(palette.mix("#000000", "#ffffff", 0.5), "rgb(128,128,128)");
   assert.equal(palette.mix("#102030", "#405060", 0), "rgb(16,32,48)");
   assert.equal(palette.mix("#102030", "#405060", 1), "rgb(64,80,96)");
+  const light = (hex) => { const [r, g, b] = palette.rgb(hex); return 0.299 * r + 0.587 * g + 0.114 * b; }; // as television weighs the colours
+  for (const hex of ["#000000", "#ff0000", "#00ff00", "#0000ff", "#96a0ff", "#8090ff", "#ff9000", "#ff7000", "#60b8a0", "#a0a0a0", "#909090"]) assert.equal(palette.onto(hex) === "#10151b", light(hex) > 150, hex);
   assert.deepEqual(["#ffffff", "#f6e64b", "#000000", "#0072b2"].map(palette.onto), ["#10151b", "#10151b", "#ffffff", "#ffffff"]);
 });

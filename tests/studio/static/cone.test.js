@@ -1,7 +1,7 @@
 // The cone: film, disc, gauge and what acts on the disc, each at its place.
 import assert from "node:assert/strict";
 import test from "node:test";
-import { LIGHT, boxes, browser, forget, near, page, texts } from "./page.js";
+import { LIGHT, boxes, browser, drawn, forget, near, page, texts } from "./page.js";
 
 browser();
 const from = (name) => import(`../../../src/gelcone/studio/static/${name}.js`);
@@ -316,4 +316,13 @@ test("each line is begun anew, so that none is drawn again in the colour of the 
       if (name === "stroke") { assert.ok(begun, `${film}`); begun = false; }
     }
   }
+});
+
+test("the cone in section is drawn from its ground to the height of the disc, then in perspective, then the gauge", () => {
+  const all = { ...ABOUT, bias: "spring weight force beam" }, styled = (sides) => drawn(cone(sides).g).filter((one) => !/rgb\(/.test(one)), rims = ["line steel 7", "area steel", "line steel 7"], shade = "area rgba(20,30,45,0.08)";
+  const gauge = ["area field", "area accent", "500 V | soft 11px center middle", "voltage | soft 11px center middle"], held = ["line taut 5", "area steel", "box panel at 0.8", "10 mm | ink 600 12px center bottom"], begin = ["box panel", "line line 1 dashed 3,4"], bias = ["line edge 1.6", "area edge", "line edge 1.6"];
+  assert.deepEqual(styled([{ about: all, trail: [9, 8] }]), [...begin, "box accent at 0.3", "box accent at 0.15", ...bias, ...held, shade, ...rims, ...gauge]);
+  const other = ["line around 5 dashed 10,8", "area edge"];
+  assert.deepEqual(styled([{ about: { ...all, second: 30 }, films: [0, 1] }]), [...begin, ...other, ...other, ...bias, ...held, shade, ...rims, "line steel 7 at 0.7", "area steel at 0.7", "line steel 7 at 0.7", ...gauge]);
+  assert.deepEqual(styled([{ name: "one" }, { name: "two" }]), ["box panel", ...["A one", "B two"].flatMap((name, k) => [shade, ...rims, `${name}, in its own scale | ${"ab"[k]} 700 13px center bottom`, "10 mm, 500 V | ink 600 12px center bottom"])]);
 });

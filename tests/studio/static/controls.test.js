@@ -1,7 +1,7 @@
 // Controls: values, locks, errors and groups; numbers and texts as they are written.
 import assert from "node:assert/strict";
 import test from "node:test";
-import { browser, strokes } from "./page.js";
+import { browser, made, strokes } from "./page.js";
 
 browser();
 const from = (name) => import(`../../../src/gelcone/studio/static/${name}.js`);
@@ -244,4 +244,16 @@ test("numbers as they are written", () => {
     assert.equal(plain(shown), text);
   }
   assert.equal(plain("1\u00a0V –2"), "1 V -2");
+});
+
+test("a control is made of its name, value, reset, lock, slider and error, in this order and as it stands", () => {
+  const { own, row } = controls(LIST.map((c) => ({ ...c, about: "what it is" })));
+  const error = (text = "", shown = false) => `${shown ? "" : "-"}p.error role=alert [span${text && ` "${text}" (${text})`}, ${shown ? "-" : ""}button.more "more" expanded=false]`;
+  const buttons = (label, pressed = false) => `button.reset.tiny ‹Reset ${label}› (Reset) [svg], button.lock.tiny ‹Lock ${label}› (Lock) pressed=${pressed} [svg]`;
+  const choice = (classes, more = "") => `div${classes} [label "Waveform" (what it is), span.number [select =sine${more} [option "sine" =sine, option "triangle" =triangle]], ${buttons("Waveform", Boolean(more))}, ${error()}]`;
+  const radius = (classes, value, place, text, more = error()) => `div${classes} [label "Disc radius" (what it is), span.number [input:text =${value}${more === error() ? "" : " invalid=true"}], ${buttons("Disc radius")}, input:range ‹Disc radius› =${place} valuetext=${text}, ${more}]`;
+  assert.deepEqual(["waveform", "disc_radius"].map((name) => made(row(name).row)), [choice(".choice.control"), radius(".control.number", "8 mm", 467, "8 mm")]);
+  own.values({ disc_radius: "-4 um" }); own.fail("disc_radius", "-4 um: is wrong"); row("waveform").lock.click();
+  assert.deepEqual(["waveform", "disc_radius"].map((name) => made(row(name).row)), [choice(".choice.control.locked", " disabled"), radius(".changed.control.number.wrong", "−4 µm", 0, "−4 µm", error("−4 µm: is wrong", true))]);
+  assert.equal(made(own.groups), 'div.tabs ‹Groups of parameters› role=tablist [button "Body" role=tab selected=true, button "Gel" role=tab selected=false, button "Start" role=tab selected=false]');
 });

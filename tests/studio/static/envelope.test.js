@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 import { HEAD, LIST, envelope, placed, pointer, setUp } from "./grid_panels.js";
-import { LIGHT, browser, forget, near, texts, wait } from "./page.js";
+import { LIGHT, browser, drawn, forget, near, texts, wait } from "./page.js";
 
 browser();
 
@@ -142,4 +142,15 @@ test("static limits of films in opposite phase are named as those of the drive h
   const own = setUp("envelope"), { p } = own;
   own.grids.message({ ...HEAD, id: own.id(), limits: [], in_proportion: true }, { frequency: Float32Array.of(5, 15), window: Float32Array.of(2000, 1000) });
   for (const text of ["drive held at its peak: pull-in of the membrane", "peak voltage, bias in proportion (V)"]) assert.ok(texts(p.context).includes(text), text);
+});
+
+test("an envelope is drawn from its window behind to its limits and names, each limit in a colour of its own", () => {
+  const { panel, p } = envelope();
+  for (const [stale, area, line] of [[false, " at 0.25", ""], [true, " at 0.1", " at 0.4"]]) {
+    panel.stale = stale; forget(p.context); p.redraw();
+    assert.deepEqual(drawn(p.context).slice(2), ["drive frequency (Hz) | soft 11px center bottom", "peak voltage (V) | soft 11px center middle", `area taut${area}`, `line taut 2${line}`, `line breakdown 1.6${line}`, `box breakdown${line}`, "pull-in of the membrane | breakdown 600 11px right middle", "line edge 1 dashed 3,4", "static pull-in of the membrane | soft 11px left middle", "recommended | taut 600 11px left middle"]);
+  }
+  const own = setUp("envelope"), limits = ["one", "two", "three", "four_five", "six", "seven"];
+  own.grids.message({ ...HEAD, id: own.id(), limits, static: {} }, { frequency: Float32Array.of(5, 15), window: Float32Array.of(2000, 1000), ...Object.fromEntries(limits.map((name, k) => [`limit ${name}`, Float32Array.of(2400 - 100 * k, 1200)])) });
+  assert.deepEqual(drawn(own.p.context).flatMap((one) => one.match(/^(.*) \| (\w+) 600 11px right/)?.slice(1) ?? []), ["one", "breakdown", "two", "around", "three", "meridian", "four five", "both", "six", "a", "seven", "edge"]);
 });

@@ -1,7 +1,7 @@
 // The gallery: what it asks for, draws and chooses.
 import assert from "node:assert/strict";
 import test from "node:test";
-import { browser } from "./page.js";
+import { browser, made } from "./page.js";
 
 browser();
 const from = (name) => import(`../../../src/gelcone/studio/static/${name}.js`);
@@ -63,4 +63,10 @@ test("a click chooses and closes, and a closed gallery asks and draws no more", 
   const before = own.tiles[0].cone.context.calls.length;
   own.turn();
   assert.equal(own.tiles[0].cone.context.calls.length, before);
+});
+
+test("the gallery has a heading, a tile with picture, name and purpose for each device and set, and a way out", () => {
+  browser();
+  const { dialog } = gallery(), tile = (name, note = "") => `button.tile [canvas ‹${name}, moving› role=img, b "${name}", span${note && ` "${note}"`}]`;
+  assert.deepEqual(dialog.parts.map(made), ['h2 "Devices and parameter sets"', `div.tiles [${tile("pump")}, ${tile("cone")}, ${tile("base", "the base set")}]`, 'div.row [button "Close"]']);
 });

@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 import { envelope, placed, pointer, setUp } from "./grid_panels.js";
-import { browser, forget, near, texts, wait } from "./page.js";
+import { browser, forget, made, near, texts, wait } from "./page.js";
 
 browser();
 const from = (name) => import(`../../../src/gelcone/studio/static/${name}.js`);
@@ -164,5 +164,28 @@ test("only the first button of a mouse and the first finger move a setting or a 
     canvas.onpointerdown({ ...pointer(p, 200, 200), ...other });
     for (const type of ["move", "up"]) canvas[`onpointer${type}`]({ ...pointer(p, 300, 300), ...other });
     assert.deepEqual([gone.length, JSON.stringify([state.x, state.y])], [0, before], `${right} ${JSON.stringify(other)}`);
+  }
+});
+
+test("each panel over parameters has its choices, its picture with a name, and what is read of it, in this order", () => {
+  const options = (names, chosen) => `=${chosen} [${names.map(([value, text]) => `option "${text}" =${value}`).join(", ")}]`, numbers = ["voltage_amplitude", "voltage_offset", "frequency", "film_thickness"].map((name) => [name, name]);
+  const picked = (label, chosen) => `select ‹${label}› (${label}) ${options(numbers, chosen)}`, plot = (name, marks) => `div.plot [canvas ‹${name}› role=application, -output.reading, ${marks}]`, views = [["kind", "kind of motion"], ["exponent", "largest exponent"], ["stroke", "stroke"]];
+  const rows = {
+    map: `div.bar [${picked("Parameter along the map", "voltage_amplitude")}, span "×", ${picked("Parameter up the map", "frequency")}, select ‹What the map shows› ${options(views, "kind")}, button "Full range" (Show the full range of both parameters) disabled], ${plot("Map over voltage_amplitude and frequency. Arrow keys move the point, plus and minus zoom.", "-i.box.mark, i.mark.ring")}, ul.legend`,
+    strip: `div.bar [${picked("Parameter of the sweep", "voltage_amplitude")}, span.right "each value from the same start"], ${plot("Sweep of voltage_amplitude: the section at each value. Left and right move.", "i.line.mark")}, ul.legend`,
+    envelope: `div.bar [span "drive: 10 Hz, peak 1800 V: above the window (1000 V)"], ${plot("Operating envelope: drive frequency and peak voltage. Arrow keys move the device's drive.", "i.mark.ring")}`,
+  };
+  for (const [kind, text] of Object.entries(rows)) {
+    if (kind === "envelope") envelope(); else setUp(kind);
+    assert.equal(made($(kind)), `div.grid.view role=tabpanel [${text}]`);
+  }
+});
+
+test("without the parameters that it is over nothing is computed", () => {
+  for (const kind of ["map", "strip"]) {
+    const { panel, state, asked } = setUp(kind);
+    Object.assign(state, { x: null, y: null, over: null });
+    panel.start();
+    assert.equal(asked.length, 1, kind);
   }
 });

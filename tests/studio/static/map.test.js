@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 import { LIST, cells, placed, pointer, setUp } from "./grid_panels.js";
-import { LIGHT, boxes, browser, draw, forget, near, overlapping, texts, wait } from "./page.js";
+import { LIGHT, boxes, browser, draw, drawn, forget, near, overlapping, texts, wait } from "./page.js";
 
 browser();
 const { setTheme } = await import("../../../src/gelcone/studio/static/colours.js");
@@ -302,4 +302,29 @@ test("an exponent of zero has nearly the colour of the ground, in both themes", 
     assert.ok(panel.shader(panel.nearest())(0).match(/\d+/g).every((v) => (bright ? v > 200 : v < 60)), theme);
   }
   setTheme("light");
+});
+
+test("over the cells of a map are their stripes, then lines with their ground, then names with theirs", () => {
+  const { grids, panel, id, p } = setUp();
+  grids.message({ kind: "cells", id: id(), share: 1 }, cells((i) => (i > 40 ? 3 : 1)));
+  grids.message({ kind: "thresholds", id: id(), upright: true, names: ["pull-in"] }, { at: Float32Array.of(5, 10, 15), "pull-in": Float32Array.of(800, 800, 800) });
+  for (const [stale, share] of [[false, ""], [true, " at 0.45"]]) {
+    panel.stale = stale; forget(p.context); p.redraw();
+    assert.deepEqual(drawn(p.context), ["box panel", "line line 1", "voltage_amplitude (V) | soft 11px center bottom", "frequency (Hz) | soft 11px center middle", `picture${share}`, `line rgba(255, 255, 255, 0.45) 1${share}`, "line panel 4", "line ink 1.6 dashed 6,4", "area panel at 0.85", "pull-in | ink 600 11px left middle"]);
+  }
+});
+
+test("the name of a line at an edge of a map stands inside of it, each at the first free place along its line", () => {
+  const { grids, id, p } = setUp();
+  grids.message({ kind: "cells", id: id(), share: 1 }, cells(() => 1));
+  const at = Float32Array.of(...Array.from({ length: 20 }, (_, k) => 0.2 + k)), line = (volts) => at.map(() => volts);
+  for (const [volts, side] of [[1, "left"], [1599, "right"]]) {
+    grids.message({ kind: "thresholds", id: id(), upright: true, names: ["some long name"] }, { at, "some long name": line(volts) });
+    forget(p.context); p.redraw();
+    const [, left, top, right, bottom] = boxes(p.context).find(([text]) => text === "some long name");
+    assert.ok(near(side === "left" ? left - p.left : p.right - right, 6, 1e-6) && near((top + bottom) / 2, p.Y(at[12]) - 12, 1e-2), side); // six tenths up the line
+  }
+  grids.message({ kind: "thresholds", id: id(), upright: false, names: ["high"] }, { at: Float32Array.of(400, 800, 1200), high: Float32Array.of(19.95, 19.95, 19.95) });
+  forget(p.context); p.redraw();
+  assert.ok(boxes(p.context).find(([text]) => text === "high")[2] >= p.top);
 });

@@ -35,6 +35,7 @@ function checked(name, args, style) {
 
 // A canvas context: each call with its arguments and the style in which it was made.
 export function recorder() {
+  let begun = false; // whether a path may go on: after it was drawn only a new one
   const calls = [], style = { globalAlpha: 1, lineWidth: 1, fillStyle: "", strokeStyle: "", font: "" }, stack = [];
   let dash = [], shift = [0, 0];
   return new Proxy(calls, {
@@ -44,6 +45,8 @@ export function recorder() {
       if (!(name in METHODS)) return undefined;
       return (...args) => {
         checked(name, args, style);
+        if (/^(moveTo|lineTo|arc|ellipse|rect|roundRect)$/.test(name) && !begun) throw new Error(`${name} adds to a path that was drawn`);
+        begun = name === "beginPath" || (begun && !/^(fill|stroke|clip)$/.test(name));
         if (name === "save") stack.push([{ ...style }, dash, shift]);
         if (name === "restore") { const [own, ownDash, ownShift] = stack.pop(); Object.assign(style, own); dash = ownDash; shift = ownShift; }
         if (name === "setLineDash") [dash] = args;
@@ -73,6 +76,17 @@ export function boxes(g) {
 }
 // The pairs of these rectangles that lie over each other.
 export const overlapping = (all) => all.flatMap((one, k) => all.slice(k + 1).filter((other) => one[1] < other[3] && other[1] < one[3] && one[2] < other[4] && other[2] < one[4]).map((other) => [one[0], other[0]]));
+// Each kind of line, area and text that is drawn, from back to front, with how it looks: once while the same is repeated.
+export function drawn(g) {
+  const found = [], share = (v) => (v === 1 ? "" : ` at ${Number(v.toFixed(3))}`);
+  for (const c of g.calls) {
+    const own = { stroke: () => `line ${c.strokeStyle} ${c.lineWidth}${c.dash.length ? ` dashed ${c.dash.join()}` : ""}${share(c.globalAlpha)}`, fill: () => `area ${c.fillStyle}${share(c.globalAlpha)}`, fillRect: () => `box ${c.fillStyle}${share(c.globalAlpha)}`, drawImage: () => `picture${share(c.globalAlpha)}`, fillText: () => `${c.args[0]} | ${c.fillStyle} ${c.font.match(/^.*px/)[0]} ${c.textAlign} ${c.textBaseline}${share(c.globalAlpha)}` }[c.name]?.();
+    if (own && own !== found.at(-1)) found.push(own);
+  }
+  const named = Object.entries(LIGHT);
+  const ticks = /^[-−\d.e+⁰¹²³⁴-⁹⁻]+ \| soft 11px (center top|right middle)$/;
+  return found.map((one) => one.replace(/#[0-9a-f]{6}/g, (colour) => named.find(([, value]) => value === colour)?.[0] ?? colour)).filter((one) => !ticks.test(one));
+}
 export const forget = (g) => { g.calls.length = 0; };
 
 // --- elements --------------------------------------------------------------------------------------------------------
@@ -267,6 +281,16 @@ export function faults() {
     if (["button", "select", "input"].includes(e.tagName) || ["img", "application", "tab", "tablist", "group"].includes(e.getAttribute("role"))) if (![e.getAttribute("aria-label"), e.textContent.trim(), e.title, label?.textContent.trim()].some(Boolean)) wrong(e, "has no name");
   }
   return found;
+}
+
+// What a part of the page is made of, as it is read: tags with classes, names, states, titles, values; what is hidden is crossed out.
+export function made(e) {
+  if (typeof e === "string") return `"${e}"`;
+  const classes = e.className.split(" ").filter(Boolean).sort().map((name) => `.${name}`).join(""), kind = e.type && e.tagName === "input" ? `:${e.type}` : "";
+  const states = ["pressed", "expanded", "selected", "invalid", "valuetext"].flatMap((name) => e.getAttribute(`aria-${name}`) ? [`${name}=${e.getAttribute(`aria-${name}`)}`] : []);
+  const words = [e.getAttribute("aria-label") && `‹${e.getAttribute("aria-label")}›`, e.own && `"${e.own}"`, e.title && `(${e.title})`, e.chosen !== undefined && `=${e.value}`, e.disabled && "disabled", e.getAttribute("role") && `role=${e.getAttribute("role")}`, ...states].filter(Boolean);
+  const parts = e.tagName === "svg" ? [] : e.children.map(made);
+  return `${e.hidden ? "-" : ""}${e.tagName}${kind}${classes}${words.length ? ` ${words.join(" ")}` : ""}${parts.length ? ` [${parts.join(", ")}]` : ""}`;
 }
 
 // Runs what was put off: pictures, or timers of at most the given milliseconds.

@@ -1,7 +1,7 @@
 // The plots of a look: each quantity at its place, in its colour.
 import assert from "node:assert/strict";
 import test from "node:test";
-import { LIGHT, boxes, browser, forget, near, overlapping, texts } from "./page.js";
+import { LIGHT, boxes, browser, drawn as styled, forget, near, overlapping, texts } from "./page.js";
 
 browser();
 const from = (name) => import(`../../../src/gelcone/studio/static/${name}.js`);
@@ -266,4 +266,35 @@ test("the mean of a motion does not push its spectrum out of the picture", () =>
   const spectrum = { frequency: Float32Array.of(0, 5, 10), amplitude: Float32Array.of(1e6, 0.01, 0.1), line: new Float32Array(0), height: new Float32Array(0), top: 80 };
   const p = panel(spectrumPanel, { a: look({ spectrum }) });
   assert.ok(p.y[1] < 0 && p.y[0] > -9 && p.Y(-1) < p.Y(-2)); // decades about the largest amplitude, 0.1
+});
+
+const STATICS = { voltage: Float32Array.of(0, 900), x: Float32Array.of(0, 4), stable: Uint8Array.of(1, 0), marks: { pitchfork: 880, pull_in: 900 }, swing: [0, 100] };
+const SPECTRUM = { frequency: Float32Array.of(0, 5, 10, 15), amplitude: Float32Array.of(1, 0.01, 1, 0.0001), line: Float32Array.of(10), height: Float32Array.of(1), top: 80 };
+const FULL = { ...ORBIT, statics: STATICS, spectrum: SPECTRUM };
+
+test("of two settings each line, area and sign has its own look, one over the other in this order", () => {
+  const a = look({ ...FULL, extent: [1, 3], words: { ended: "pulled in", period: 20, shares: [] } }), b = look({ ...FULL, wanders: true });
+  const rows = [
+    [timePanel, ["box panel", "line line 1", "time (ms) | soft 11px center bottom", "voltage (V) | soft 11px center middle", "line a 1 at 0.85", "line b 1 dashed 12,2 at 0.85", "line line 1", "height (mm) | soft 11px center middle", "line a 1.3 at 0.8", "line b 1.3 dashed 12,2 at 0.8", "box taut", "line breakdown 2.5", "pulled in | breakdown 600 11px right middle"]],
+    [portraitPanel, ["box panel", "line line 1", "height (mm) | soft 11px center bottom", "velocity (m/s) | soft 11px center middle", "line a 0.8 at 0.3", "line b 0.8 at 0.3", "line a 1.8", "line b 0.8 dashed 7,3 at 0.6", "area a", "box b", "line breakdown 2.5", "pulled in | breakdown 600 11px left middle"]],
+    [spectrumPanel, ["box panel", "line line 1", "frequency (Hz) | soft 11px center bottom", "amplitude (mm) | soft 11px center middle", "area a at 0.35", "line a 1", "area a", "area b at 0.35", "line b 1", "box b"]],
+    [staticsPanel, ["box panel", "line line 1", "constant voltage (V) | soft 11px center bottom", "height (mm) | soft 11px center middle", "box a at 0.12", "the settled motion | soft 11px left middle", "line a 1.4 dashed 5,4", "line a 2",
+      ...["a", "b"].flatMap((side) => [...(side === "b" ? ["line b 1.4 dashed 5,4", "line b 2"] : []), "line edge 1 dashed 2,3", "pitchfork | soft 11px right middle", "line edge 1 dashed 2,3", "pull-in of the cone | soft 11px right middle"])]],
+  ];
+  for (const [make, found] of rows) assert.deepEqual(styled(panel(make, { a, b }).context), found, make.name);
+});
+
+test("one setting alone has whole lines in full colour, and its points in that of the other; what is of an older one is pale", () => {
+  assert.deepEqual(styled(panel(timePanel, { a: look(FULL) }).context).filter((one) => one.startsWith("line a")), ["line a 1 at 0.85", "line a 1.3"]);
+  for (const [more, motion, found] of [[{}, "settled", ["line a 0.8 at 0.3", "line a 1.8", "area b"]], [{ wanders: true }, "settled", ["line a 0.8 at 0.3", "line a 0.8 at 0.6", "box b"]], [{ old: true }, "settled", ["line a 0.8 at 0.3", "line a 1.8 at 0.4", "area b at 0.4"]], [{}, "start", ["line a 0.8 at 0.6"]]]) {
+    assert.deepEqual(styled(panel(portraitPanel, { a: look({ ...FULL, ...more }), motion }).context).filter((one) => /^(line|box|area) [ab]\b/.test(one)), found);
+  }
+  const long = look({ x: new Float32Array(3001).fill(1), u: new Float32Array(3001).fill(1) });
+  assert.ok(styled(panel(portraitPanel, { a: long }).context).includes("line a 0.8 at 0.4")); // a long run is paler
+});
+
+test("the texts over two settings' equilibria lie side by side, however alike these are", () => {
+  const p = panel(staticsPanel, { a: look({ ...FULL, extent: [1, 3] }), b: look({ ...FULL, extent: [1, 3] }) }), all = boxes(p.context);
+  assert.deepEqual(overlapping(all), []);
+  assert.deepEqual(["pull-in of the cone", "pitchfork", "the settled motion"].map((text) => all.filter(([own]) => own === text).length), [2, 2, 1]);
 });

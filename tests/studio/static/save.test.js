@@ -1,7 +1,7 @@
 // What is saved: files, commands, pictures and films.
 import assert from "node:assert/strict";
 import test from "node:test";
-import { browser, wait } from "./page.js";
+import { browser, made, wait } from "./page.js";
 
 browser();
 const from = (name) => import(`../../../src/gelcone/studio/static/${name}.js`);
@@ -92,4 +92,18 @@ test("everything that is saved has the values that are set", () => {
   saver.show();
   for (const button of [saver.device, ...saver.buttons]) button.click();
   assert.deepEqual(asked.map(([kind, content]) => [kind, content.setting]), ["code", "device", "export", "export", "export"].map((kind) => [kind, setting]));
+});
+
+test("the dialog offers what can be saved, in which forms, and the lines that give the same", () => {
+  browser();
+  const saver = new Saver(document.createElement("dialog"), { ask: () => 1 });
+  saver.message({ kind: "code", command: "gelcone map", python: "import gelcone" }, {});
+  const what = { simulate: "Time response", section: "Phase portrait: section", spectrum: "Spectrum", regime: "Kind of motion, with its evidence", static: "Statics", map: "Map", bifurcation: "Sweep of a parameter", envelope: "Envelope" };
+  const options = Object.entries(what).map(([value, text]) => `option "${text}" =${value}`).join(", "), button = (text, title = "") => `button "${text}"${title && ` (${title})`}`, device = "The device with its current values, as a file for the command line";
+  assert.deepEqual(saver.dialog.parts.map(made), [
+    'h2 "Save and repeat"', `div.row [select ‹What to save› [${options}], ${["netCDF", "PNG", "SVG"].map((text) => button(text)).join(", ")}, ${button("Device file", device)}, span role=status]`,
+    `div.row [span "The page as it looks, with a caption:", ${button("Picture", "Cone and plots as they are on the page, with a caption")}, ${button("Film", "The cone as it moves, with a caption: 8 seconds as WebM")}]`,
+    'h3 "The same on the command line " [button "Copy"]', 'pre "gelcone map"', 'h3 "The same in Python " [button "Copy"]', 'pre "import gelcone"', 'div.row [button "Close"]',
+  ]);
+  assert.deepEqual(saver.dialog.parts.filter((e) => e.tagName === "pre").map((e) => e.tabIndex), [0, 0]); // long lines are scrolled by the keyboard, too
 });

@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 import { placed, pointer, setUp } from "./grid_panels.js";
-import { LIGHT, browser, draw, forget, near, texts } from "./page.js";
+import { LIGHT, browser, draw, drawn, forget, made, near, texts } from "./page.js";
 
 browser();
 
@@ -129,4 +129,18 @@ test("what is computed already is not asked for again, and answers of an outdate
   grids.changed(["frequency"]);
   grids.message({ kind: "cells", id: own, share: 1 }, { places: Float32Array.of(0), regime: Uint8Array.of(1), section: Float32Array.of(1) });
   assert.equal(panel.cells.size, 0);
+});
+
+test("a sweep is drawn from its ranges behind to its events in front, paler where it is outdated", () => {
+  const { grids, panel, id, p } = setUp("strip"), own = id();
+  grids.message({ kind: "grid", id: own, cells: [5] }, {});
+  grids.message({ kind: "cells", id: own, share: 1 }, { places: Float32Array.of(0, 2, 4), regime: Uint8Array.of(1, 3, 98), section: Float32Array.of(0, 1, 4), low: Float32Array.of(0, 0, NaN), high: Float32Array.of(2, 2, NaN) });
+  grids.message({ kind: "done", id: own }, {});
+  grids.message({ kind: "branches", id: own, kinds: ["fold", "slip"] }, { value: Float32Array.of(100, 200, 300, NaN), section: Float32Array.of(1, 2, 3, NaN), stable: Uint8Array.of(1, 1, 0, 0), event_value: Float32Array.of(250), event_section: Float32Array.of(2.5), event_kind: Uint8Array.of(1) });
+  for (const [stale, [range, grey, points, chaos, dashed, whole]] of [[false, [" at 0.16", " at 0.45", "", " at 0.75", " at 0.7", " at 0.95"]], [true, [" at 0.08", " at 0.225", " at 0.35", " at 0.262", " at 0.3", " at 0.3"]]]) {
+    panel.stale = stale; forget(p.context); p.redraw();
+    assert.deepEqual(drawn(p.context).slice(4), [`box a${range}`, `box #d55e00${range}`, `box #5b5b5b${grey}`, `box a${points}`, `box #d55e00${chaos}`, `box #5b5b5b${points}`, `line ink 1 dashed 4,3${dashed}`, `line ink 1.5${whole}`, "area panel", "line ink 1.4"]);
+  }
+  assert.equal(made(panel.names), 'ul.legend [li ["— stable orbits"], li ["┄ unstable"], li ["□ fold"], li ["◇ slip"], li [i, "periodic"], li [i, "chaotic"], li [i, "pulled in"]]');
+  assert.deepEqual(panel.names.parts.slice(4).map((item) => item.parts[0].style.background), ["#0072b2", "#d55e00", "#5b5b5b"]);
 });

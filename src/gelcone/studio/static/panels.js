@@ -167,6 +167,7 @@ export function staticsPanel(host, looks, clock) {
       const measured = shownOver(looks, "voltage", restOf(shown[0][0].statics));
       const top = Math.max(most, ...measured.map((own) => extent(own.along)[1]));
       p.axes(volts.fit([0, top]), heights.fit(extent(near, ...shown.map(([look]) => look.x ?? []), ...rangesOf(measured))), { xLabel: axes.constant, yLabel: axes.displacement });
+      let row = 0;
       for (const [look, colour] of shown) {
         const { voltage, x, stable, marks, swing } = look.statics;
         if (look.extent) {
@@ -176,13 +177,12 @@ export function staticsPanel(host, looks, clock) {
             g.globalAlpha = 0.12; g.fillStyle = colour;
             g.fillRect(p.X(from), p.Y(look.extent[1]), p.X(high) - p.X(from), p.Y(look.extent[0]) - p.Y(look.extent[1]));
           });
-          p.label("the settled motion", p.X(from) + 5, Math.max(p.Y(look.extent[1]) + 9, p.top + 9));
+          if (look === shown[0][0]) p.label("the settled motion", p.X(from) + 5, Math.max(p.Y(look.extent[1]) + 9, p.top + 9));
         }
         for (const kind of [0, 1]) {
           const own = Float32Array.from(x, (v, i) => (stable[i] === kind ? v : NaN));
           p.line(voltage, own, { colour, width: kind ? 2 : 1.4, dash: kind ? [] : [5, 4] });
         }
-        let row = 0;
         for (const [name, v] of Object.entries(marks)) {
           p.inside((g) => { g.strokeStyle = c.edge; g.setLineDash([2, 3]); g.beginPath(); g.moveTo(p.X(v), p.top); g.lineTo(p.X(v), p.bottom); g.stroke(); });
           p.label(name === "pull_in" ? `pull-in of the ${look.about.film_of}` : name, p.X(v) - 4, p.top + 9 + 14 * row++, { align: "right" });
