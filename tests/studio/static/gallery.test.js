@@ -1,7 +1,7 @@
 // The gallery: what it asks for, draws and chooses.
 import assert from "node:assert/strict";
 import test from "node:test";
-import { browser, made } from "./page.js";
+import { browser, made, page } from "./page.js";
 
 browser();
 const from = (name) => import(`../../../src/gelcone/studio/static/${name}.js`);
@@ -30,6 +30,7 @@ test("pictures are asked for one after the other, and what fails says so", () =>
   assert.deepEqual([own.tiles[0].look.low, own.tiles[0].look.high], [0, 5]);
   assert.deepEqual(own.tiles.map(({ box }) => [box.querySelector("canvas").getAttribute("aria-label"), box.querySelector("b").textContent]), ["pump", "cone", "base"].map((name) => [`${name}, moving`, name]));
   own.turn();
+  assert.equal(page.timers.at(-1).wait, 50); // twenty pictures a second
   assert.ok(own.tiles[0].cone.context.calls.some((c) => c.name === "ellipse"));
   assert.ok(!own.tiles[1].cone.context.calls.some((c) => c.name === "ellipse"));
   assert.equal(own.message({ kind: "response", id: 3 }, {}), false);

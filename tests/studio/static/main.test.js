@@ -166,6 +166,7 @@ test("a choice asks for the controls too, and reset takes all back", () => {
   const film = document.querySelector('[data-name="film"] select') ?? document.querySelector("select#c-film");
   film.value = "wrinkling"; film.onchange();
   assert.deepEqual([last("look").controls, last("look").setting.values.film], [true, "wrinkling"]);
+  answer();
   $("reset-all").click();
   assert.deepEqual(last("look").setting.values, {});
   assert.equal(last("look").controls, true);

@@ -188,7 +188,8 @@ test("Full range is offered wherever an axis shows less, and then both show all"
 });
 
 test("keys move the setting by a cell and zoom about it", () => {
-  const { canvas, gone, state } = setUp(), key = (name) => canvas.onkeydown({ key: name, preventDefault() {} });
+  const { canvas, gone, state, asked, page } = setUp(), steps = [], key = (name) => canvas.onkeydown({ key: name, preventDefault() {} });
+  page.keep = (step) => steps.push(step);
   key("ArrowRight");
   assert.deepEqual(gone.at(-1)[0], { voltage_amplitude: "825 V", frequency: "10 Hz" });
   key("ArrowDown");
@@ -197,8 +198,9 @@ test("keys move the setting by a cell and zoom about it", () => {
   assert.equal(gone.at(-1)[0].voltage_amplitude, "800 V");
   key("+");
   assert.deepEqual(state.x, ["voltage_amplitude", 400, 1200]);
+  assert.deepEqual([asked.at(-1)[0], asked.at(-1)[1].x, steps], ["map", state.x, [true]]); // as a drag does
   key("-"); key("-");
-  assert.deepEqual(state.x, ["voltage_amplitude", 0, 3200].map((v) => v));
+  assert.deepEqual(state.x, ["voltage_amplitude", 0, 3200]);
 });
 
 test("another parameter along an axis is asked for, never the same on both", () => {
@@ -281,15 +283,20 @@ test("the ground of a name over a map is measured in the letters in which the na
   for (const c of p.context.calls) if (c.name === "measureText") widths.set(c.args[0], c.font);
   const written = p.context.calls.filter((c) => c.name === "fillText" && widths.has(c.args[0]));
   assert.equal(written.length, 2);
-  for (const c of written) assert.equal(c.font, widths.get(c.args[0]), c.args[0]);
+  const grounds = p.context.calls.filter((c) => c.name === "roundRect").map((c) => c.args);
+  for (const [k, c] of written.entries()) {
+    const [, left, top, right, bottom] = boxes(p.context).find(([text]) => text === c.args[0]), [x, y, w, h] = grounds[k];
+    assert.equal(c.font, widths.get(c.args[0]), c.args[0]);
+    assert.ok(near(left - x, 5) && near(x + w - right, 5) && top - y > 1 && near(top - y, y + h - bottom), c.args[0]); // the same room on both sides
+  }
 });
 
 test("the full range is asked for anew", () => {
   const { panel, page, state, asked } = setUp(), steps = [];
   page.keep = (step) => steps.push(step);
-  Object.assign(state, { x: ["voltage_amplitude", 1, 2] });
+  Object.assign(state, { x: ["film_thickness", 0.1, 0.2], y: ["voltage_offset", 1, 1.5] });
   panel.out.click();
-  assert.deepEqual([asked.at(-1)[0], asked.at(-1)[1].x, steps], ["map", ["voltage_amplitude", 0, 1600], [true]]);
+  assert.deepEqual([asked.at(-1)[0], asked.at(-1)[1].x, asked.at(-1)[1].y, steps], ["map", ["film_thickness", 0.01, 0.4], ["voltage_offset", 0, 2], [true]]);
 });
 
 test("an exponent of zero has nearly the colour of the ground, in both themes", () => {

@@ -30,7 +30,7 @@ test("what is wrong is refused in one line that names the file", () => {
     ["a,b\n1,2\n3,4\n", "needs a column time"], ["time (ms),height (mm)\n1,2,3\n3,4\n", "line 2: has 3 values, the first line 2; with decimal commas"], ["time (ms),height (mm)\n1,2\n3,x\n", 'line 3: "x" is not a number'],
     ["time (ms),height (mm)\n2,2\n1,4\n", "its times go back"], ["time (ms),height (mm),height low (mm)\n1,2,3\n2,4,5\n", "a band needs two columns, such as height low (mm) and height high (mm)"], ["time (ms),height (mm),stroke (mm),height (mm)\n1,2,3,4\n2,4,5,6\n", "two columns hold height"],
     ["time (ms),height (mm)\n1,1e99\n2,3\n", "1e99 is too large"], ["a\0b", "is not a text"], ["x".repeat(LARGEST + 1), "has more than"], [`time (ms),height (mm)\n${"1,2\n".repeat(20010)}`, "more than 20000 rows"], [`${"a,".repeat(40)}\n1\n2\n`, "give at most 32"],
-    ["time (ms),height (mm)\nNaN,1\n1,2\n2,3\n", "line 2"], ["__proto__ (ms),constructor (mm)\n1,2\n2,3\n", "needs a column time"],
+    ["time (ms),height (mm)\nNaN,1\n1,2\n2,3\n", "line 2"], ...["x5", "5x", "1e", "--1", "1.2.3", ".", "", "0x1", "1 2"].map((cell) => [`time (ms),height (mm)\n1,2\n3,${cell}\n`, `line 3: "${cell}" is not a number`]), ["__proto__ (ms),constructor (mm)\n1,2\n2,3\n", "needs a column time"],
   ];
   for (const [text, words] of cases) assert.throws(() => readMeasured("a.csv", text), (error) => error.message.startsWith("a.csv: ") && error.message.includes(words) && !error.message.includes("\n") && error.message.length < 300, words);
 });

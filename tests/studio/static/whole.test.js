@@ -423,3 +423,145 @@ test("what is shown is made of what a browser knows, is named, and is styled: ea
   $("browse").click(); $("save").click(); $("share").click(); $("theme").click(); look();
   assert.deepEqual(SELECTORS.filter((one) => !seen.has(one)), []);
 });
+
+const pale = (panel) => { const own = document.getElementById(panel).querySelector("canvas").getContext(); return own.calls.findLast((c) => c.name === "stroke" && c.strokeStyle === LIGHT.a)?.globalAlpha < 0.5; };
+const ORBIT = { ot: Float32Array.of(0, 50, 100), ox: Float32Array.of(4, 5, 4), ou: Float32Array.of(0, 1, 0), ov: Float32Array.of(0, 90, 0), ofilm: Uint8Array.of(0, 0, 0), px: Float32Array.of(4), pu: Float32Array.of(0) };
+const KIND = { regime: 1, lines: ["periodic, period 1"], extent: [4, 5] };
+const field = (name) => document.querySelector(`[data-name="${name}"]`).querySelectorAll("input")[0];
+const slide = (name, place, end = "oninput") => { const own = document.querySelector(`[data-name="${name}"]`).querySelectorAll("input")[1]; own.value = String(place); own[end](); };
+
+test("what waits, waits as long as it says: the address for a hand at rest, words for a slow answer, an outdated motion to fade", async () => {
+  const { $, answer, give } = await open(), old = () => document.body.classList.contains("old");
+  answer(); give("kind", KIND, ORBIT); wait(300);
+  const address = location.hash;
+  slide("frequency", 300);
+  wait(399);
+  assert.deepEqual([$("doing").textContent, old()], ["", false]);
+  wait(400);
+  assert.deepEqual([$("doing").textContent.startsWith("Computing"), old()], [true, true]);
+  answer();
+  wait(149);
+  assert.deepEqual([pale("portrait"), location.hash], [false, address]);
+  wait(150);
+  assert.equal(pale("portrait"), true);
+  wait(299);
+  assert.equal(location.hash, address);
+  wait(300);
+  assert.notEqual(location.hash, address);
+  slide("frequency", 310); wait(400); slide("frequency", 320); // the next one is waited for anew, but what is said stays
+  assert.ok(old() && $("doing").textContent.startsWith("Computing"));
+  answer();
+  assert.deepEqual([old(), $("doing").textContent], [false, ""]);
+});
+
+test("an answer is awaited for 150 ms with a cone that stands, then it moves on", async () => {
+  const { $, answer } = await open();
+  answer();
+  if ($("play").getAttribute("aria-label") === "Play") $("play").click();
+  for (const [passed, moves] of [[149, false], [151, true]]) {
+    moment += 1000; draw(); page.timers.length = 0;
+    slide("frequency", 300 + passed); page.frames.length = 0; draw(); $("theme").click(); draw();
+    moment += passed; wait(38);
+    assert.equal(page.frames.length > 0, moves, `${passed} ms`);
+    answer();
+  }
+});
+
+test("what a hand sets anywhere stands in the controls at once, and in the plots over parameters", async () => {
+  const { $, answer } = await open("#device=biased-pump&y=frequency,0.1,20&x=voltage_amplitude,0,1600"), canvas = $("map").querySelector("canvas");
+  answer();
+  const ring = () => $("map").querySelector(".ring").style.transform, before = ring();
+  for (const event of ["down", "up"]) canvas[`onpointer${event}`]({ clientX: 400, clientY: 100, pointerId: 1 });
+  assert.ok(field("voltage_amplitude").value !== "800 V" && field("frequency").value !== "10 Hz" && ring() !== before);
+  slide("frequency", 0);
+  assert.equal(field("frequency").value, "0.1 Hz");
+});
+
+test("what is zoomed stays so while a choice brings other controls, and goes with another subject", async () => {
+  const film = { name: "film", label: "Film", group: "Body", kind: "choice", value: "taut", unit: "", low: 0, high: 1, powers: {}, about: "", choices: ["taut", "wrinkling"] };
+  CONTROLS.push(film);
+  const { $, answer, last, asked } = await open("#device=biased-pump&x=voltage_amplitude,400,500&y=frequency,5,6&over=frequency,3,4");
+  answer();
+  const select = document.querySelector('[data-name="film"] select'), zoomed = [["voltage_amplitude", 400, 500], ["frequency", 5, 6]], maps = asked("map").length;
+  select.value = "wrinkling"; select.onchange(); answer(); wait(500);
+  assert.deepEqual([[last("map").x, last("map").y], asked("map").length], [zoomed, maps + 1]);
+  document.querySelector('[data-tab="strip"]').click();
+  assert.deepEqual(last("strip").over, ["frequency", 3, 4]);
+  $("subject").value = "device:soft-film"; $("subject").onchange(); answer();
+  assert.notDeepEqual(last("strip").over, ["frequency", 3, 4]);
+  document.querySelector('[data-tab="map"]').click();
+  assert.notDeepEqual([last("map").x, last("map").y], zoomed);
+  CONTROLS.pop();
+});
+
+test("an error that belongs to no side is said above the page, one of a map in the map alone, and one of an older question nowhere", async () => {
+  const { $, answer, socket, last } = await open(), said = () => $("notices").textContent;
+  answer();
+  slide("frequency", 300);
+  const older = last("look").id;
+  slide("frequency", 310);
+  socket.give({ kind: "error", id: older, side: "a", control: "frequency", message: "older" });
+  assert.deepEqual([said(), document.querySelector('[data-name="frequency"] .error').hidden], ["", true]);
+  answer();
+  socket.give({ kind: "error", id: older, side: "a", message: "answered long ago" });
+  const map = $("map").querySelector("canvas").getContext();
+  socket.give({ kind: "error", id: last("map").id, message: "no such map" });
+  assert.deepEqual([said(), texts(map).includes("no such map")], ["", true]);
+  socket.give({ kind: "error", id: 9999, message: "of no one" });
+  assert.ok(said().includes("of no one"));
+});
+
+test("a lost connection fades the picture until it is back with an answer", async () => {
+  const { answer, socket } = await open(), old = () => document.body.classList.contains("old");
+  answer();
+  socket.close();
+  assert.equal(old(), true);
+  wait(300);
+  const again = Socket.all.at(-1);
+  again.open(); again.give(HELLO);
+  const { id, side } = again.last;
+  again.give({ kind: "response", id, side, about: ABOUT, words: { seems: "seems to repeat", ended: "", period: 100, shares: [] } }, RUN());
+  assert.equal(old(), false);
+});
+
+test("of a set without units the disc sets displacement and velocity, as they are", async () => {
+  const plain = (name, value) => ({ name, label: name, group: "Start", kind: "number", value, unit: "", low: -2, high: 2, powers: { "": 0 }, about: "", choices: [] });
+  CONTROLS.push(plain("displacement", 0.3), plain("velocity", 0));
+  const { $, answer, last } = await open("#preset=base"), canvas = $("cone"), x = 640 / 4;
+  answer(RUN({ x: Float32Array.of(0, 1, 0) }), { si: false, disc: 0.2, rim: 1 });
+  if ($("play").getAttribute("aria-label") === "Pause") $("play").click();
+  go(500); draw();
+  const at = (y, type) => ({ clientX: 10 + x, clientY: 20 + y, pointerId: 1, type });
+  const place = Array.from({ length: 480 }, (_, y) => y).find((y) => { canvas.onpointermove(at(y, "pointermove")); return canvas.style.cursor === "ns-resize"; });
+  const pulled = [20, 40].map((pixels) => {
+    canvas.onpointerdown(at(place + 12, "pointerdown")); canvas.onpointermove(at(place + 12 - pixels, "pointermove"));
+    assert.deepEqual([Object.keys(last("look").setting.values), last("look").setting.values.velocity], [["displacement", "velocity"], "0"]);
+    return Number(last("look").setting.values.displacement);
+  });
+  assert.ok(near(2 * pulled[0] - pulled[1], 1, 2e-3) && pulled[1] > pulled[0]);
+  assert.deepEqual(document.querySelectorAll("#motion button").map((b) => b.getAttribute("aria-pressed")), ["false", "true"]);
+  CONTROLS.splice(3);
+});
+
+test("files are told apart by their ending, and a curve that is too large or cannot be read says why", async () => {
+  const { $, last, studio } = await open();
+  const give = async (...files) => { $("file").files = files; await $("file").onchange(); await passed(); };
+  await give(file("MINE.TOML", "name = 'a'"));
+  assert.equal(last("look").setting.file, "name = 'a'");
+  await give({ name: "big.csv", size: 2_000_001, text: async () => "" }, file("odd.txt", "a"), file("toml.csv", "time (ms),height (mm)\n0,5\n1,6\n"));
+  assert.deepEqual($("notices").parts.map((line) => line.parts[0].textContent), ["big.csv: has more than 2000000 characters; export fewer rows", "odd.txt: needs a line of names with units, such as time (ms),height (mm), and two rows of numbers"]);
+  assert.deepEqual([studio.looks.measured.map((own) => own.name), $("unmeasure").hidden, $("file").value], [["toml.csv"], false, ""]);
+});
+
+test("what is saved as a picture has the subject's name, its values and the pictures that are open", async () => {
+  const { $, answer } = await open("#device=soft-film&frequency=12+Hz"), drawn = [], make = document.createElement;
+  answer();
+  document.createElement = (tag) => { const own = make(tag); if (tag === "canvas") { own.toBlob = (does) => does(null); drawn.push(own); } return own; };
+  $("save").click();
+  $("saver").querySelectorAll("button").find((own) => own.textContent === "Picture").click();
+  document.createElement = make;
+  const g = drawn.at(-1).getContext(), pictures = g.calls.filter((c) => c.name === "drawImage").map((c) => c.args[0]);
+  assert.deepEqual(texts(g), ["soft-film: seems to repeat", "with frequency 12 Hz", "gelcone studio"]);
+  assert.deepEqual(pictures, [$("cone"), ...["time", "portrait", "map"].map((name) => $(name).querySelector("canvas"))]);
+  assert.equal($("saver").querySelector('[role="status"]').textContent, "The browser made no picture.");
+});
