@@ -59,6 +59,10 @@ test("the speeds say how much slower than real they are", () => {
   assert.equal(own.speed.value, "2");
   own.speed.value = "0.5"; own.speeds(1000, true);
   assert.deepEqual([names()[4], own.speed.value], [["0.5", "2× faster"], "0.5"]);
+  own.speeds(7, true);
+  assert.deepEqual(names().slice(0, 2).map(([, text]) => text), ["1100× slower", "570× slower"]);
+  own.speeds(30000, true);
+  assert.deepEqual(names().slice(0, 2).map(([, text]) => text), ["3.8× faster", "7.5× faster"]);
   own.speeds(6.28, false);
   assert.deepEqual(names()[0], ["8", "8 s a period"]);
 });

@@ -326,3 +326,13 @@ test("the cone in section is drawn from its ground to the height of the disc, th
   assert.deepEqual(styled([{ about: { ...all, second: 30 }, films: [0, 1] }]), [...begin, ...other, ...other, ...bias, ...held, shade, ...rims, "line steel 7 at 0.7", "area steel at 0.7", "line steel 7 at 0.7", ...gauge]);
   assert.deepEqual(styled([{ name: "one" }, { name: "two" }]), ["box panel", ...["A one", "B two"].flatMap((name, k) => [shade, ...rims, `${name}, in its own scale | ${"ab"[k]} 700 13px center bottom`, "10 mm, 500 V | ink 600 12px center bottom"])]);
 });
+
+test("in perspective a ring of a membrane is the brighter the more it is stretched, and none of one without a field", () => {
+  const shape = [8, 11, 14, 20, 30].map((radius, k) => ({ radius, rise: 1 - k / 4, stretch: [4, 3, 2, 1.5, 1][k], wrinkled: false }));
+  const light = (css) => css.match(/\d+/g).reduce((sum, v) => sum + Number(v), 0), drawnWith = (field) => {
+    const { g } = cone([{ shapes: [shape, null], thin: [1, NaN], field: [field, 0] }, {}]), end = g.calls.findIndex((c) => c.name === "restore");
+    return g.calls.slice(0, end).filter((c) => c.name === "fill" && /^rgb\(/.test(c.fillStyle)).map((c) => light(c.fillStyle)).slice(0, 2); // outer and inner ring of one sector
+  };
+  const [dull, bright] = [0, 0.9].map(drawnWith), more = bright.map((v, k) => v / dull[k]);
+  assert.ok(more[0] > 1.02 && more[1] > 1.2 * more[0], `${more}`);
+});

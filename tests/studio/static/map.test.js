@@ -335,3 +335,10 @@ test("the name of a line at an edge of a map stands inside of it, each at the fi
   forget(p.context); p.redraw();
   assert.ok(boxes(p.context).find(([text]) => text === "high")[2] >= p.top);
 });
+
+test("the cells of a map are painted once for each view, theme and answer, however often it is drawn", () => {
+  const { grids, panel, id, p } = setUp(), painted = () => panel.canvas.getContext("2d").calls.filter((c) => c.name === "putImageData").length;
+  grids.message({ kind: "cells", id: id(), share: 1 }, cells(() => 1));
+  const again = (change = () => {}) => { const before = painted(); change(); p.redraw(); p.redraw(); return painted() - before; };
+  assert.deepEqual([again(), again(), again(() => { panel.view.value = "stroke"; }), again(), again(() => setTheme("dark")), again(() => setTheme("light")), again(() => grids.message({ kind: "cells", id: id(), share: 1 }, cells(() => 0)))], [1, 0, 1, 0, 1, 1, 1]);
+});

@@ -108,3 +108,9 @@ test("every column of a measured file is read in every one of its units", () => 
     ["time (ms),height (mm)\n1,5\n2,1e99\n", "is too large"], ["height (mm),stroke (mm)\n1,5\n2,6\n", "needs a column time (ms) or voltage (V)"], ["time (ms)\n1\n2\n", "names one column"], ["time (ms),height (mm)\n1,5\n", "needs a line of names"], ["a\0b\n1\n2\n", "is not a text"], [" ".repeat(LARGEST + 1), "has more than 2000000 characters"],
   ]) assert.throws(() => readMeasured("a.csv", text), (error) => error.message.startsWith("a.csv: ") && error.message.includes(word), word);
 });
+
+test("a curve is called by its file, in letters that can be read and no more than there is room for", () => {
+  const text = "time (ms),height (mm)\n0,5\n1,6\n", named = (name) => readMeasured(name, text).name;
+  assert.deepEqual([named("Höhe 3.csv"), named("a\n\u0007b.csv"), named("n".repeat(90))], ["Höhe 3.csv", "a  b.csv", "n".repeat(60)]);
+  assert.throws(() => readMeasured("a\nb", ""), (error) => error.message.startsWith("a b: needs"));
+});

@@ -222,3 +222,12 @@ test("a plate of the panel's colour lies under a text, wherever the text begins"
   p.label("pull-in", 100, 50);
   assert.ok(!g.calls.some((c) => c.name === "roundRect"));
 });
+
+test("before it has axes a plot reads no place and moves no marks", () => {
+  let over = 0;
+  const p = plot({ over: () => over++ });
+  p.redrawOver(); p.read({ clientX: 300, clientY: 200 });
+  assert.deepEqual([over, p.reading.hidden], [0, true]);
+  p.axes([0, 1], [0, 1]); p.redrawOver();
+  assert.equal(over, 1);
+});
