@@ -76,3 +76,11 @@ test("subjects, values, sides, axes and locks of an address", () => {
   assert.deepEqual(read(`locked=${many.join()}`, "").locked, many.slice(0, 60));
   assert.deepEqual(read("locked=a,,b,a", "").locked, ["a", "b"]);
 });
+
+test("of a long part that is not understood its beginning is said", () => {
+  for (const name of ["periods", "x"]) {
+    const [said] = read(`${name}=${"z".repeat(50)}`, "first").odd;
+    assert.ok(said.startsWith(`${name} = ${"z".repeat(24)}: is not `), said);
+  }
+  assert.match(read("over=1", "first").odd[0], /^over = 1: is not a parameter with its two ends; the usual ones are shown\.$/);
+});

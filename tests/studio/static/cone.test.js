@@ -265,7 +265,7 @@ test("in perspective the disc lies at its height, its upper face over its lower 
     const { own, g } = cone([{ height }, { height }]), calls = g.calls, rims = calls.filter((c) => c.name === "ellipse" && c.args[2] !== c.args[3]), tilt = rims[1].args[3] / rims[1].args[2];
     const side = { about: ABOUT, low: 0, high: 20 }, scale = own.scale(side), at = calls.findIndex((c, k) => c.name === "fill" && c.fillStyle === LIGHT.steel && calls[k - 1].name === "ellipse");
     const [upper, lower] = [calls[at - 1].args, calls[at - 4].args], y = own.ground(side, 480, scale) - height * scale * Math.sqrt(1 - tilt * tilt);
-    assert.ok(near(upper[1], y, 1e-6) && near(upper[2], 8 * scale, 1e-6) && lower[1] > upper[1], `${height}`);
+    assert.ok(near(tilt, 0.4) && near(upper[1], y, 1e-6) && near(upper[2], 8 * scale, 1e-6) && lower[1] > upper[1], `${height}`);
   }
 });
 
@@ -335,4 +335,28 @@ test("in perspective a ring of a membrane is the brighter the more it is stretch
   };
   const [dull, bright] = [0, 0.9].map(drawnWith), more = bright.map((v, k) => v / dull[k]);
   assert.ok(more[0] > 1.02 && more[1] > 1.2 * more[0], `${more}`);
+});
+
+test("a film is never thinner than can be seen nor thicker than twice its own line, and its field brightens it up to breakdown", () => {
+  const shape = [[8, 1], [30, 0]].map(([radius, rise]) => ({ radius, rise, stretch: 1, wrinkled: false }));
+  for (const shapes of [[null, null], [shape, null]]) {
+    const line = (thin, field) => cone([{ films: [0, 0], shapes, thin: [thin], field: [field] }]).g.calls.find((c) => c.name === "lineTo" && c.lineCap === "round");
+    assert.deepEqual([0.01, 0.3, 0.6, 1.5, 2, 9, 0].map((thin) => line(thin, 0).lineWidth), [1.5, 1.5, 3, 7.5, 10, 10, 5]);
+    const colours = [-1, 0, 0.5, 1, 7].map((field) => line(1, field).strokeStyle);
+    assert.deepEqual([colours[0], colours[4]], [LIGHT.taut, colours[3]]);
+    assert.equal(new Set(colours).size, 3);
+  }
+});
+
+test("disc and gauge are taken hold of within 12 pixels", () => {
+  const { own } = cone([{}]);
+  own.hands = { disc() {}, volts() {} };
+  for (const { box: [x0, y0, x1, y1] } of own.grips) for (const [by, taken] of [[11, true], [13, false]]) for (const [x, y] of [[x0 - by, (y0 + y1) / 2], [x1 + by, (y0 + y1) / 2], [(x0 + x1) / 2, y0 - by], [(x0 + x1) / 2, y1 + by]]) {
+    own.canvas.onpointermove({ clientX: 10 + x, clientY: 20 + y, pointerId: 1, type: "pointermove" });
+    assert.equal(own.canvas.style.cursor, taken ? "ns-resize" : "", `${x} ${y}`);
+  }
+  const [disc] = own.grips; // and are held however far the hand goes
+  own.canvas.onpointerdown({ clientX: 10 + disc.box[0], clientY: 20 + disc.box[1], pointerId: 1, type: "pointerdown" });
+  own.canvas.onpointermove({ clientX: 10, clientY: 20, pointerId: 1, type: "pointermove" });
+  assert.equal(own.canvas.style.cursor, "ns-resize");
 });

@@ -5,7 +5,7 @@ import { browser, made, strokes } from "./page.js";
 
 browser();
 const from = (name) => import(`../../../src/gelcone/studio/static/${name}.js`);
-const { format, typeset, plain, Controls } = await from("controls");
+const { format, icon, typeset, plain, Controls } = await from("controls");
 
 const LIST = [
   { name: "voltage_amplitude", label: "Voltage amplitude", group: "Drive", kind: "number", value: 800, unit: "V", low: 0, high: 2000, powers: { V: 0, kV: 3, mV: -3 }, about: "", choices: [] },
@@ -256,4 +256,11 @@ test("a control is made of its name, value, reset, lock, slider and error, in th
   own.values({ disc_radius: "-4 um" }); own.fail("disc_radius", "-4 um: is wrong"); row("waveform").lock.click();
   assert.deepEqual(["waveform", "disc_radius"].map((name) => made(row(name).row)), [choice(".choice.control.locked", " disabled"), radius(".changed.control.number.wrong", "−4 µm", 0, "−4 µm", error("−4 µm: is wrong", true))]);
   assert.equal(made(own.groups), 'div.tabs ‹Groups of parameters› role=tablist [button "Body" role=tab selected=true, button "Gel" role=tab selected=false, button "Start" role=tab selected=false]');
+});
+
+test("an icon is drawn in the colour of its text, and is not read out", () => {
+  for (const size of [undefined, 16]) {
+    const own = icon("M0 0h9", size), [line] = own.parts, wide = String(size ?? 14);
+    assert.deepEqual([own.tagName, own.attributes, line.tagName, line.attributes], ["svg", { viewBox: "0 0 16 18", width: wide, height: wide, fill: "none", stroke: "currentColor", "stroke-width": "1.6", "aria-hidden": "true" }, "path", { d: "M0 0h9" }]);
+  }
 });

@@ -44,11 +44,11 @@ test("a composed picture holds all pictures and its caption", () => {
 });
 
 test("a film draws its pictures until its time has passed, and ends as one file; without a recorder there is none", async () => {
-  const made = [], said = [], steps = [], drawn = [0];
+  const made = [], said = [], steps = [], paces = [], drawn = [0];
   let now = 5000;
   globalThis.performance.now = () => now;
   const own = globalThis.setInterval, clear = globalThis.clearInterval;
-  globalThis.setInterval = (does) => steps.push(does);
+  globalThis.setInterval = (does, wait) => { paces.push(wait); return steps.push(does); };
   globalThis.clearInterval = (number) => { steps[number - 1] = null; };
   const pictures = { canvas: { captureStream: (rate) => ({ rate }) }, draw: () => { drawn[0] += 1; } };
   assert.equal(filmed(pictures, 2, () => {}), null);
@@ -64,6 +64,7 @@ test("a film draws its pictures until its time has passed, and ends as one file;
   assert.equal(await (await film).text(), "beginend");
   assert.deepEqual([said[0], said.at(-1), drawn[0], steps[0]], [0, 2, 21, null]);
   assert.match(made[0].options.mimeType, /vp8/);
+  assert.deepEqual([paces[0], made[0].stream.rate], [40, 25]); // each picture is drawn anew, and none twice
   assert.ok(made[0].stream.rate >= 20 && made[0].options.videoBitsPerSecond / made[0].stream.rate >= 1e5); // lines a pixel wide stay sharp
   const failing = filmed(pictures, 2, () => {});
   made[1].onerror();

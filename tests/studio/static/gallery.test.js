@@ -71,3 +71,17 @@ test("the gallery has a heading, a tile with picture, name and purpose for each 
   const { dialog } = gallery(), tile = (name, note = "") => `button.tile [canvas ‹${name}, moving› role=img, b "${name}", span${note && ` "${note}"`}]`;
   assert.deepEqual(dialog.parts.map(made), ['h2 "Devices and parameter sets"', `div.tiles [${tile("pump")}, ${tile("cone")}, ${tile("base", "the base set")}]`, 'div.row [button "Close"]']);
 });
+
+test("only the tiles in sight are drawn: those that are at least partly within the gallery", () => {
+  browser();
+  const { own, dialog } = gallery(), [tile] = own.tiles;
+  let drawn = 0;
+  own.message({ kind: "glance", id: 1, words: { period: 5 }, about: ABOUT }, arrays());
+  tile.cone.draw = () => { drawn += 1; };
+  dialog.getBoundingClientRect = () => ({ top: 100, height: 400 });
+  for (const [top, seen] of [[-20, false], [-1, false], [1, true], [300, true], [499, true], [501, false]]) {
+    tile.box.getBoundingClientRect = () => ({ top, height: 100 });
+    drawn = 0; own.turn();
+    assert.equal(drawn, seen ? 1 : 0, `${top}`);
+  }
+});

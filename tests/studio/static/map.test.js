@@ -342,3 +342,13 @@ test("the cells of a map are painted once for each view, theme and answer, howev
   const again = (change = () => {}) => { const before = painted(); change(); p.redraw(); p.redraw(); return painted() - before; };
   assert.deepEqual([again(), again(), again(() => { panel.view.value = "stroke"; }), again(), again(() => setTheme("dark")), again(() => setTheme("light")), again(() => grids.message({ kind: "cells", id: id(), share: 1 }, cells(() => 0)))], [1, 0, 1, 0, 1, 1, 1]);
 });
+
+test("a few cells far beyond the others do not stretch the scale of a map, many do", () => {
+  for (const [kind, few, many] of [["exponent", "chaotic, to +0.5", "chaotic, to +90"], ["stroke", "2 mm or more", "99 mm or more"]]) for (const [count, text] of [[20, few], [160, many]]) {
+    const { grids, panel, id } = setUp(), own = cells(() => 1);
+    own.exponent.fill(0.5); own.exponent.fill(-0.5, 1600); own.exponent.fill(90, 0, count); own.low.fill(0); own.high.fill(2); own.high.fill(99, 0, count);
+    grids.message({ kind: "cells", id: id(), share: 1 }, own);
+    panel.view.value = kind; panel.view.onchange();
+    assert.ok(panel.names.textContent.endsWith(text), `${kind} ${count}: ${panel.names.textContent}`);
+  }
+});

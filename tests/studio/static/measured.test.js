@@ -114,3 +114,11 @@ test("a curve is called by its file, in letters that can be read and no more tha
   assert.deepEqual([named("Höhe 3.csv"), named("a\n\u0007b.csv"), named("n".repeat(90))], ["Höhe 3.csv", "a  b.csv", "n".repeat(60)]);
   assert.throws(() => readMeasured("a\nb", ""), (error) => error.message.startsWith("a b: needs"));
 });
+
+test("a measured voltage over time stands on the computed one where they are the same", () => {
+  const curve = readMeasured("u.csv", "time (ms),height (mm),voltage (V)\n0,12,0\n10,13,100\n20,12,0\n"), p = panel(timePanel, { measured: [curve] }), calls = p.context.calls;
+  const line = calls.filter((c) => ["moveTo", "lineTo"].includes(c.name) && c.strokeStyle === LIGHT.a && c.lineWidth === 1).map((c) => c.args);
+  const points = calls.filter((c) => c.name === "fillRect" && c.fillStyle === LIGHT.ink && c.args[2] === 1.5).map(({ args: [x, y, w] }) => [x + w / 2, y + w / 2]);
+  assert.equal(points.length, 3);
+  points.forEach((at, k) => assert.ok(near(at[0], line[k][0], 1e-6) && near(at[1], line[k][1], 1e-6)));
+});

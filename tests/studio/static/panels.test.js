@@ -298,3 +298,14 @@ test("the texts over two settings' equilibria lie side by side, however alike th
   assert.deepEqual(overlapping(all), []);
   assert.deepEqual(["pull-in of the cone", "pitchfork", "the settled motion"].map((text) => all.filter(([own]) => own === text).length), [2, 2, 1]);
 });
+
+test("each axis has the room that its plot says: six decades, limits with 15 %, four tenths about a settled motion", () => {
+  const range = (low, high) => [low - 0.08 * (high - low), high + 0.08 * (high - low)], same = (own, [low, high]) => assert.ok(near(own[0], low, 1e-6) && near(own[1], high, 1e-6), `${own} ${low} ${high}`);
+  same(panel(spectrumPanel, { a: look({ spectrum: SPECTRUM }) }).y, range(-6, 0));
+  const statics = panel(staticsPanel, { a: look({ statics: { ...STATICS, swing: [0, -1000] } }) });
+  same(statics.x, range(0, 1150)); same(statics.y, range(0, 4));
+  const p = panel(portraitPanel, { a: look({ ...ORBIT, x: Float32Array.of(0, 200, -200, 0, 0), u: Float32Array.of(0, 9, -9, 0, 0) }) });
+  same(p.x, range(-0.8, 2.8)); same(p.y, range(-0.9, 0.9));
+  const time = panel(timePanel, { a: look() });
+  assert.ok(near(time.top, 6) && near(time.bottom, 6 + (1 - 0.27 - 0.06) * 440));
+});

@@ -231,3 +231,25 @@ test("before it has axes a plot reads no place and moves no marks", () => {
   p.axes([0, 1], [0, 1]); p.redrawOver();
   assert.equal(over, 1);
 });
+
+test("a dense dashed line has its dashes along the picture, as sharp as the screen", () => {
+  for (const d of [1, 2]) {
+    globalThis.devicePixelRatio = d;
+    const p = plot(), n = 6000, x = Float64Array.from({ length: n }, (_, i) => i / (n - 1));
+    p.axes([0, 1], [-2, 2]); forget(p.context);
+    p.line(x, x, { colour: "#111111", sorted: true, dash: [12, 2] });
+    const columns = p.context.calls.filter((c) => c.name === "fillRect").map((c) => c.args[0] * d);
+    for (let column = 56 * d; column < 620 * d; column++) assert.equal(columns.includes(column), column % (14 * d) < 12 * d, `${column}`);
+    assert.ok(p.context.calls.filter((c) => c.name === "fillRect").every((c) => near(c.args[2], 1 / d) && c.args[3] >= 1.3));
+  }
+  globalThis.devicePixelRatio = 1;
+});
+
+test("a dense line has no part where it has no value, and joins its columns where it jumps", () => {
+  const p = plot(), n = 2000, x = Float64Array.from({ length: n }, (_, i) => i / (n - 1));
+  p.axes([0, 1], [-2, 2]); forget(p.context);
+  p.line(x, x.map((v) => (v < 0.25 ? NaN : v < 0.5 ? -1 : 1)), { colour: "#111111", sorted: true });
+  const columns = p.context.calls.filter((c) => c.name === "fillRect").map((c) => c.args);
+  assert.ok(near(columns[0][0], p.X(0.25), 0.01) && near(columns.at(-1)[0], 619, 0.01));
+  assert.deepEqual(columns.filter(([, , , h]) => h > 10).map(([px, py, , h]) => [Math.abs(px - p.X(0.5)) < 1.5, near(py, p.Y(1) - 0.65), near(h, p.Y(-1) - p.Y(1) + 1.3)]), [[true, true, true]]);
+});

@@ -107,3 +107,25 @@ test("the dialog offers what can be saved, in which forms, and the lines that gi
   ]);
   assert.deepEqual(saver.dialog.parts.filter((e) => e.tagName === "pre").map((e) => e.tabIndex), [0, 0]); // long lines are scrolled by the keyboard, too
 });
+
+test("while a film is recorded it is said how much of it there is, and then its end", async () => {
+  browser();
+  const { setInterval: before } = globalThis, { now: clock } = performance, steps = [], films = [], make = document.createElement;
+  let now = 0;
+  globalThis.performance.now = () => now;
+  globalThis.setInterval = (does) => steps.push(does);
+  globalThis.MediaRecorder = class { static isTypeSupported() { return true; } constructor() { films.push(this); } start() { this.state = "recording"; } stop() { this.state = "inactive"; this.ended = true; } };
+  document.createElement = (tag) => Object.assign(make(tag), tag === "canvas" && { captureStream: () => ({}) });
+  const page = { shown: () => ({ name: "pump", look: { words: { ended: "", seems: "seems to repeat" } }, values: {} }), pictures: () => [Object.assign(make("canvas"), { width: 300, height: 200 })], play() {} };
+  const saver = new Saver(document.createElement("dialog"), page);
+  saver.give = (name) => saver.done(`${name} is saved.`);
+  const done = saver.film.onclick();
+  for (const [passed, text, ended] of [[0, "0", undefined], [3700, "3", undefined], [7999, "7", undefined], [8050, "8", true], [9000, "8", true]]) {
+    now = passed; steps[0]();
+    assert.deepEqual([saver.status.textContent, films[0].ended], [`recording, ${text} of 8 s …`, ended]);
+  }
+  films[0].onstop(); await done;
+  assert.equal(saver.status.textContent, "gelcone.webm is saved.");
+  Object.assign(globalThis, { setInterval: before }); performance.now = clock; document.createElement = make;
+  delete globalThis.MediaRecorder;
+});

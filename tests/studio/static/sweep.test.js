@@ -58,7 +58,9 @@ test("branches over a sweep: stable whole, unstable dashed, events with the sign
   assert.deepEqual(panel.names.parts.slice(0, 4).map((e) => e.textContent), ["— stable orbits", "┄ unstable", "□ fold", "◇ period doubling"]);
   assert.equal(panel.running, false);
   grids.message({ kind: "branches", id: own, kinds: [], none: "at rest" }, {});
-  assert.deepEqual([panel.note.textContent, panel.note.title], ["no branches here", "at rest"]);
+  assert.deepEqual([panel.note.textContent, panel.note.title, panel.names.parts.map((e) => e.textContent)], ["no branches here", "at rest", ["periodic"]]);
+  grids.message({ kind: "branches", id: own, kinds: [] }, { value: new Float32Array(0), section: new Float32Array(0), stable: new Uint8Array(0), event_value: new Float32Array(0), event_section: new Float32Array(0), event_kind: new Uint8Array(0) });
+  assert.deepEqual([panel.note.textContent, panel.note.title], ["each value from the same start", ""]);
 });
 
 test("each event over a sweep has the sign that the legend gives its kind", () => {
