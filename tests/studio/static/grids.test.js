@@ -125,10 +125,6 @@ test("answers of long work that nobody waits for any more are taken and dropped,
   assert.equal(grids.failed({ id: 99, message: "no" }), false);
   for (const right of ["map", "strip", "envelope"]) { state.right = right; assert.equal(grids.open, grids.panels[right]); }
   for (const panel of Object.values(grids.panels)) { panel.running = true; panel.stale = false; }
-  grids.applied(false);
-  assert.deepEqual(Object.values(grids.panels).map((p) => p.stale), [false, false, false]);
-  grids.applied(true);
-  assert.deepEqual(Object.values(grids.panels).map((p) => p.stale), [true, true, true]);
   grids.lost();
   assert.deepEqual(Object.values(grids.panels).map((p) => [p.running, p.stale]), [[false, true], [false, true], [false, true]]);
 });
@@ -149,7 +145,7 @@ test("parameters are read by their labels, never by their names", () => {
 test("a panel that is outdated and then left is not computed until it is opened again", () => {
   for (const right of ["map", "strip", "envelope"]) {
     const { grids, state, setting, asked } = setUp(right), count = () => asked.filter(([kind]) => kind === right).length;
-    setting.values = { film_thickness: "0.3 mm" }; grids.changed(["film_thickness"]);
+    setting.values = { film_thickness: "0.3 mm" }; grids.changed();
     state.right = right === "map" ? "strip" : "map"; grids.opened();
     wait(500);
     assert.equal(count(), 1, right);
@@ -187,5 +183,19 @@ test("without the parameters that it is over nothing is computed", () => {
     Object.assign(state, { x: null, y: null, over: null });
     panel.start();
     assert.equal(asked.length, 1, kind);
+  }
+});
+
+test("each panel is of the setting that is active: of another device, side or step of the history it is computed anew, once", () => {
+  for (const right of ["map", "strip", "envelope"]) {
+    const { grids, panel, setting, asked } = setUp(right), count = () => asked.filter(([kind]) => kind === right).length, changes = [{ device: "cone" }, { preset: "base", device: null }, { file: "a" }, { values: { film_thickness: "0.3 mm" } }, { values: {} }];
+    for (const [k, change] of changes.entries()) for (let again = 0; again < 2; again++) {
+      Object.assign(setting, change);
+      grids.controlsChanged(); // as they come with another setting
+      assert.deepEqual([count(), asked.at(-1)[1].setting === setting, panel.stale], [k + 2, true, false], `${right} ${JSON.stringify(change)}`);
+    }
+    setting.values = { frequency: "3 Hz", voltage_amplitude: "100 V", voltage_offset: "0.125 kV" }; // along the panels
+    if (right === "strip") delete setting.values.frequency;
+    if (right === "envelope") { grids.controlsChanged(); assert.equal(count(), changes.length + 1, right); }
   }
 });

@@ -212,12 +212,12 @@ test("another parameter along an axis is asked for, never the same on both", () 
 });
 
 test("a change of something else makes a map outdated, computed again once the hand rests; one of its axes does not", () => {
-  const { grids, panel, asked, said, p, id } = setUp();
+  const { grids, panel, asked, said, p, id, setting } = setUp();
   grids.message({ kind: "cells", id: id(), share: 1 }, cells(() => 1));
-  grids.changed(["frequency"]); grids.changed(["voltage_amplitude"]);
+  setting.values.frequency = "3 Hz"; grids.changed(); setting.values.voltage_amplitude = "9 V"; grids.changed();
   assert.equal(asked.length, 1);
   forget(p.context);
-  grids.changed(["film_thickness"]);
+  setting.values.film_thickness = "0.3 mm"; grids.changed();
   assert.deepEqual([asked.at(-1), said(), panel.running], [["cancel", { grid: "map" }], "settings changed", false]);
   assert.equal(p.context.calls.find((c) => c.name === "drawImage").globalAlpha, 0.45);
   wait(400);

@@ -115,20 +115,20 @@ test("a key moves a sweep by a part of its own range, and beyond that there is n
 });
 
 test("a sweep is outdated by all but its own parameter", () => {
-  const { grids, panel, id, asked } = setUp("strip");
+  const { grids, panel, id, asked, setting } = setUp("strip");
   grids.message({ kind: "cells", id: id(), share: 1 }, { places: Float32Array.of(0), regime: Uint8Array.of(1), section: Float32Array.of(1) });
-  grids.changed(["voltage_amplitude"]);
+  setting.values.voltage_amplitude = "9 V"; grids.changed();
   assert.equal(panel.stale, false);
-  grids.changed(["frequency"]);
+  setting.values.frequency = "3 Hz"; grids.changed();
   assert.deepEqual([panel.stale, asked.at(-1)], [true, ["cancel", { grid: "strip" }]]);
 });
 
 test("what is computed already is not asked for again, and answers of an outdated question count no more", () => {
-  const { grids, panel, id, asked } = setUp("strip"), own = id();
+  const { grids, panel, id, asked, setting } = setUp("strip"), own = id();
   grids.message({ kind: "grid", id: own, grid: "strip", cells: [5] }, {});
   grids.opened();
   assert.equal(asked.length, 1);
-  grids.changed(["frequency"]);
+  setting.values.frequency = "3 Hz"; grids.changed();
   grids.message({ kind: "cells", id: own, share: 1 }, { places: Float32Array.of(0), regime: Uint8Array.of(1), section: Float32Array.of(1) });
   assert.equal(panel.cells.size, 0);
 });

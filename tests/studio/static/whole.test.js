@@ -1,8 +1,9 @@
 // The whole page, opened anew for each test: what every answer and every hand changes, and what stays.
 import assert from "node:assert/strict";
 import test, { afterEach } from "node:test";
-import { DARK, LIGHT, SELECTORS, Socket, browser, draw, everything, faults, forget, near, page, texts, wait } from "./page.js";
+import { DARK, LIGHT, SELECTORS, SIZE, Socket, browser, draw, drawn, everything, faults, forget, made, near, page, texts, wait } from "./page.js";
 
+const { colours } = await import("../../../src/gelcone/studio/static/colours.js");
 const HERTZ = { Hz: 0, kHz: 3 }, VOLTS = { V: 0, kV: 3 };
 const CONTROLS = [
   { name: "frequency", label: "Frequency", group: "Drive", kind: "number", value: 10, unit: "Hz", low: 0.1, high: 20, powers: HERTZ, about: "", choices: [] },
@@ -564,4 +565,90 @@ test("what is saved as a picture has the subject's name, its values and the pict
   assert.deepEqual(texts(g), ["soft-film: seems to repeat", "with frequency 12 Hz", "gelcone studio"]);
   assert.deepEqual(pictures, [$("cone"), ...["time", "portrait", "map"].map((name) => $(name).querySelector("canvas"))]);
   assert.equal($("saver").querySelector('[role="status"]').textContent, "The browser made no picture.");
+});
+
+// --- a server that answers everything, and what is seen ---------------------------------------------------------------
+
+const number = (own) => [...JSON.stringify(own)].reduce((sum, letter) => (7 * sum + letter.charCodeAt(0)) % 97, 1); // of what an answer depends on
+const some = (...values) => Float32Array.from(values);
+const OPTION = { name: "film", label: "Film", group: "Body", kind: "choice", value: "taut", unit: "", low: 0, high: 1, powers: {}, about: "", choices: ["taut", "wrinkling"] };
+const NAMES = ["taut", "hoop slack", "meridian slack", "slack in both directions", "above breakdown", "near its stretch limit", "above membrane pull-in"];
+
+// The answers to what was asked: [head, arrays] of each.
+function answered({ kind, id, ...asked }) {
+  if (!asked.setting) return [];
+  const along = kind === "envelope" ? ["frequency", "voltage_amplitude"] : [asked.x, asked.y, asked.over].flatMap((axis) => axis?.[0] ?? []); // the same for all their values
+  const values = Object.entries(asked.setting.values).filter(([name]) => !along.includes(name)).sort(), n = number({ ...asked.setting, values }), { side } = asked, own = (name, words = {}, arrays = {}) => [{ kind: name, id, side, words }, arrays];
+  if (kind === "look") {
+    const si = !asked.setting.preset, text = si ? `${n} mm` : `${n}`, label = (name, unit) => (si ? `${name} (${unit})` : name), film = n % 7;
+    const axes = { time: label("time", "ms"), displacement: label("height", "mm"), velocity: label("velocity", "m/s"), voltage: label("voltage", "V"), constant: label("constant voltage", "V"), frequency: label("frequency", "Hz"), amplitude: label("amplitude", "mm") };
+    const about = { ...ABOUT, axes, si, film: NAMES, name: `name ${n}`, doubts: [`doubt ${n}`], film_of: n % 2 ? "cone" : "membrane" }, list = [...CONTROLS, OPTION].map((c) => (si ? c : { ...c, label: `${c.label} of the set` }));
+    return [
+      ...(asked.controls ? [[{ kind: "subject", id, side, controls: list, words: {} }, {}]] : []),
+      [{ kind: "response", id, side, about, words: { seems: `seems ${n}`, ended: "", period: asked.periods * 5 + n, shares: [{ code: film, share: 1 }] } }, RUN({ x: some(10, 10 + n, 10), film: Uint8Array.of(film, film, film) })],
+      own("kind", { regime: n % 4, lines: [`kind ${n}`, `evidence ${n}`], extent: [4, 5], shares: [{ code: film, share: 1 }], numbers: [{ name: "stroke", place: 0, text, value: n }] }, { ...ORBIT, ofilm: Uint8Array.of(film, film, film) }),
+      own("numbers", { numbers: [{ name: "current", place: 3, text, value: n }] }), own("section", {}, { px: some(4, n), pu: some(0, 0) }),
+      ...(asked.panels.includes("spectrum") ? [own("spectrum", { top: 100 + n }, { frequency: some(0, n), amplitude: some(1, 2), line: some(n), height: some(2) })] : []),
+      ...(asked.panels.includes("statics") ? [own("statics", { marks: { [`limit ${n}`]: 900 }, swing: [0, 800] }, { voltage: some(0, 900), x: some(10, 20), stable: Uint8Array.of(1, 0) })] : []),
+    ];
+  }
+  if (kind === "map") return [[{ kind: "grid", id, grid: kind, cells: [65, 49] }, {}], [{ kind: "cells", id, share: 1 }, { places: some(0, 900), regime: Uint8Array.of(n % 4, 1), exponent: some(-1, 1), low: some(0, 0), high: some(1, n) }], [{ kind: "thresholds", id, upright: true, names: [`limit ${n}`] }, { at: some(1, 3, 5), [`limit ${n}`]: some(2, 2, 2) }], [{ kind: "done", id, grid: kind }, {}], [{ kind: "followed", id }, {}]];
+  if (kind === "strip") return [[{ kind: "grid", id, grid: kind, cells: [5] }, {}], [{ kind: "cells", id, share: 1 }, { places: some(0, 3), regime: Uint8Array.of(n % 4, 1), section: some(1, n), low: some(0, 0), high: some(2, n + 1) }], [{ kind: "done", id, grid: kind }, {}], [{ kind: "branches", id, kinds: [`event ${n}`] }, { value: some(1, 2), section: some(1, 2), stable: Uint8Array.of(1, 1), event_value: some(2), event_section: some(2), event_kind: Uint8Array.of(0) }]];
+  if (kind === "envelope") return [[{ kind, id, limits: [`limit ${n}`], static: {}, highest: 3000, least: 1, most: 20, share: 1, pull_in_of: "cone", shape: { voltage_amplitude: 1 } }, { frequency: some(1, 20), window: some(1000, 2000), [`limit limit ${n}`]: some(1500, 2500) }], [{ kind: "done", id, grid: kind }, {}]];
+  return [];
+}
+
+// A page that stands, with such a server: act() does something, lets all be answered and all timers pass, and gives what
+// was asked, with the number of steps of the history.
+async function attended(hash) {
+  browser(hash);
+  page.media["(prefers-reduced-motion: reduce)"] = { matches: true };
+  await import(`../../../src/gelcone/studio/static/main.js?${++opened}`);
+  const [socket] = Socket.all;
+  let done = 0;
+  const all = async () => { for (let k = 0; k < 4; k++) { while (done < socket.sent.length) for (const [head, arrays] of answered(socket.sent[done++])) socket.give(head, arrays); moment += 1000; wait(600); draw(); await passed(); } };
+  const act = async (does) => {
+    const from = socket.sent.length, steps = page.steps.length;
+    await does(); await all();
+    return [socket.sent.slice(from).map((own) => [own.kind, own.side ?? own.grid, ...(own.controls ? ["with controls"] : []), ...(own.panels ?? [])].filter(Boolean).join(" ")), page.steps.length - steps];
+  };
+  await act(() => { socket.open(); socket.give({ ...HELLO, regimes: ["rest", "periodic", "quasi-periodic", "chaotic"].map((name, k) => ({ name, colour: `#${k}0${k}0${k}0` })) }); });
+  document.getElementById("gallery").close();
+  return { act, socket, $: (id) => document.getElementById(id) };
+}
+
+// What is seen: the address, elements, marks over parameters, and of each picture in sight what was drawn last.
+function seen() {
+  const canvases = [document.getElementById("cone"), ...document.querySelectorAll(".view.shown .plot canvas")];
+  const last = (g) => { const from = g.calls.findLastIndex((c) => c.name === "fillRect" && c.fillStyle === colours().panel && c.args[2] === SIZE[0]); return { calls: g.calls.slice(from) }; };
+  return {
+    address: location.hash, body: ["header", "aside", "#badges", "#film-legend", "#motion"].map((one) => made(document.querySelector(one))), views: document.querySelectorAll(".view.shown").map(made), classes: document.body.className,
+    marks: document.querySelectorAll(".grid.shown .mark").map((own) => [own.className, own.hidden || own.style.transform]), pictures: canvases.map((canvas) => drawn(last(canvas.getContext()))),
+  };
+}
+const click = (selector) => document.querySelector(selector).click();
+const choose = (selector, value) => { const own = document.querySelector(selector); own.value = value; own.onchange(); };
+
+test("after anything that is done the page is as one opened at its address, and asked the server for no more than it needs", async () => {
+  const event = (x, y) => ({ clientX: 10 + x, clientY: 20 + y, pointerId: 1 }), drag = (view, ...places) => { const canvas = document.querySelector(`#${view} canvas`); places.forEach((at, k) => { canvas[k ? "onpointermove" : "onpointerdown"](event(...at)); }); canvas.onpointerup(event(...places.at(-1))); };
+  const rows = [ // what is done, with a full stop where the page is compared; what is asked; how many steps of the history
+    ["a slider moves", () => slide("disc_radius", 300), ["look a", "map"], 0], ["it is let go", () => slide("disc_radius", 320, "onchange"), ["look a", "map"], 1],
+    ["a value is typed", () => { field("frequency").value = "7"; field("frequency").onchange(); }, ["look a"], 1], ["a choice", () => choose('[data-name="film"] select', "wrinkling"), ["look a with controls", "map"], 1],
+    ["a lock", () => click('[data-name="frequency"] .lock'), [], 1], ["the lock again", () => click('[data-name="frequency"] .lock'), [], 1],
+    ["a reset.", () => click('[data-name="frequency"] .reset'), ["look a"], 1], ["another length", () => choose("#periods", "60"), ["look a"], 1],
+    ["the spectrum", () => click('[data-tab="spectrum"]'), ["look a spectrum"], 1], ["the statics.", () => click('[data-tab="statics"]'), ["look a spectrum statics"], 1], ["again", () => click('[data-tab="statics"]'), ["look a spectrum statics"], 0],
+    ["from the start", () => click('[data-motion="start"]'), [], 1], ["a click on the map", () => drag("map", [300, 200]), ["look a spectrum statics"], 1], ["a zoom.", () => drag("map", [200, 100], [400, 300]), ["map"], 1],
+    ["another view", () => { const view = document.querySelectorAll("#map select").at(-1); view.value = "stroke"; view.onchange(); }, [], 1], ["the full range", () => document.querySelectorAll("#map button").at(-1).click(), ["map"], 1],
+    ["another parameter.", () => choose("#map select", "disc_radius"), ["map"], 1], ["the sweep", () => click('[data-tab="strip"]'), ["strip"], 1], ["a drag along it.", () => drag("strip", [300, 200], [350, 200]), ["look a spectrum statics", "look a spectrum statics", "look a spectrum statics"], 1],
+    ["its other parameter", () => choose("#strip select", "disc_radius"), ["strip"], 1], ["the envelope", () => click('[data-tab="envelope"]'), ["envelope"], 1], ["a click in it.", () => drag("envelope", [300, 200]), ["look a spectrum statics", "look a spectrum statics"], 1],
+    ["all tabs back", () => { for (const name of ["time", "portrait", "map"]) click(`[data-tab="${name}"]`); }, ["look a statics", "look a", "map"], 3], ["the settled motion.", () => click('[data-motion="settled"]'), [], 1],
+    ["another theme", () => click("#theme"), [], 0], ["and back", () => click("#theme"), [], 0],
+    ["two settings", () => click("#compare"), ["look b with controls"], 1], ["the second differs.", () => choose('[data-name="film"] select', "taut"), ["look b with controls", "map"], 1], ["the first.", () => click("#side-a"), ["look a with controls", "map"], 1], ["the second", () => click("#side-b"), ["look b with controls", "map"], 1],
+    ["its subject", () => choose("#subject", "device:soft-film"), ["look b with controls", "map"], 1], ["one without units.", () => choose("#subject", "preset:base"), ["look b with controls", "map"], 1], ["the first one's equilibria", () => { click("#side-a"); click('[data-tab="statics"]'); }, ["look a with controls", "look a with controls statics", "look b statics", "map"], 2],
+    ["the second is left.", () => { click("#side-b"); click("#compare"); }, ["look b with controls statics", "look a with controls statics", "map"], 2],
+    ["all is reset.", () => { slide("disc_radius", 100, "onchange"); click("#reset-all"); }, ["look a statics", "look a statics", "map"], 2],
+  ];
+  const own = await attended("#device=biased-pump"), results = [];
+  for (const [what, does, ...found] of rows) { assert.deepEqual(await own.act(does), found, what); if (what.endsWith(".")) results.push([what, seen()]); }
+  for (const [what, before] of results) { await attended(before.address); assert.deepEqual(before, seen(), what); }
 });

@@ -21,7 +21,7 @@ export class EnvelopePanel extends Panel {
     };
   }
 
-  prepare() { const key = this.basis(); if (key !== this.key) { this.key = key; this.stale = true; } }
+  prepare() { this.compare(); }
 
   // A key of everything that the envelope depends on: not the frequency, and of the voltages only their ratio.
   basis() {
@@ -35,10 +35,6 @@ export class EnvelopePanel extends Panel {
     if (!(Math.abs(ratio - this.known) <= 1e-3 * Math.abs(this.known))) this.known = ratio;
     return String(this.known);
   }
-
-  dependsOn() { return this.basis() !== this.key; }
-  outdated() { this.key = this.basis(); super.outdated(); }
-  request() { this.key = this.basis(); return {}; }
 
   // The value of a parameter in a unit, 0 for one that the device does not have.
   si(name, unit) { const c = this.control(name), v = this.value(name); return c && v !== null ? v * 10 ** (c.powers[c.unit] - c.powers[unit]) : 0; }

@@ -12,18 +12,11 @@ export class GridPanels {
 
   get open() { return this.panels[this.page.state()?.right]; }
 
-  // Another device or preset was chosen, or read from the address.
-  applied(other) { if (other) for (const panel of Object.values(this.panels)) panel.stale = true; }
-
   // The server has sent the controls: only now are the parameters to sweep known.
   controlsChanged() { for (const panel of Object.values(this.panels)) panel.prepare(); this.opened(); }
 
-  changed(names) {
-    for (const panel of Object.values(this.panels)) {
-      panel.redrawOver();
-      if (panel.dependsOn(names)) panel.outdated();
-    }
-  }
+  // The active setting was changed.
+  changed() { for (const panel of Object.values(this.panels)) { panel.redrawOver(); panel.changed(); } }
 
   opened() {
     const panel = this.open;

@@ -117,7 +117,7 @@ function change(values, settled = true) {
   const structure = Object.keys(values).some(isChoice);
   look(state.side, structure, settled);
   controls.values(own.values);
-  grids.changed(Object.keys(values));
+  grids.changed();
 }
 
 // The nonzero voltages of the drive, with their controls.
@@ -185,7 +185,6 @@ function faded(on) { document.body.classList.toggle("old", on); }
 
 // Shows a state read from an address.
 function apply(next) {
-  const other = state && subjectOf(state.a) !== subjectOf(next.a);
   state = next;
   if (!state.b) forget("b");
   $("periods").value = state.periods;
@@ -195,7 +194,6 @@ function apply(next) {
   subjectShown();
   controls.lockAll(state.locked);
   for (const side of sides()) look(side, side === state.side);
-  grids.applied(other);
 }
 
 // Forgets the contents of a side.
@@ -276,7 +274,7 @@ function compare() {
   repaint();
 }
 
-function chooseSide(side) { state.side = side; keep(true); sidesShown(); subjectShown(); look(side, true); grids.applied(false); }
+function chooseSide(side) { state.side = side; keep(true); sidesShown(); subjectShown(); look(side, true); }
 
 function chooseMotion(motion) { state.motion = motion; motionShown(); keep(true); repaint(); }
 
@@ -326,7 +324,6 @@ const ANSWERS = {
     if (other) { // another subject has other axes, and a preset has no envelope
       Object.assign(state, { x: null, y: null, over: null });
       if (state.right === "envelope" && setting(head.side).preset) tab("right", "map");
-      grids.applied(true);
     }
     taken(head.side, head.id);
     if (head.id !== asked[head.side]) return;

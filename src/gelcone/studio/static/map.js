@@ -47,8 +47,7 @@ export class MapPanel extends Panel {
     if (!known(state.y) || state.y[0] === state.x[0]) state.y = usual(["frequency", "prestretch", "drive_frequency"].map((name) => numbers.find((c) => c.name === name && name !== state.x[0])).find(Boolean) ?? numbers.find((c) => c.name !== state.x[0]));
     fill(this.x, list, state.x[0]); fill(this.y, list, state.y[0]);
     this.view.value = state.view;
-    const key = JSON.stringify([state.x, state.y]);
-    if (key !== this.key) { this.key = key; this.stale = true; this.plot.redraw(); }
+    if (this.compare()) this.plot.redraw();
   }
 
   axes() {
@@ -60,8 +59,6 @@ export class MapPanel extends Panel {
   whole() { const state = this.page.state(); for (const axis of ["x", "y"]) { const c = this.control(state[axis][0]); state[axis] = [c.name, c.low, c.high]; } this.zoomed(); }
 
   zoomed() { this.page.keep(true); this.blank(); this.prepare(); this.grids.opened(); }
-
-  dependsOn(names) { const state = this.page.state(); return names.some((name) => name !== state.x?.[0] && name !== state.y?.[0]); }
 
   request() { const { x, y } = this.page.state(); return x && y ? { x, y } : null; }
 
@@ -150,7 +147,7 @@ export class MapPanel extends Panel {
     const c = this.control(x[0]), d = this.control(y[0]);
     this.out.disabled = x[1] === c?.low && x[2] === c?.high && y[1] === d?.low && y[2] === d?.high;
     p.canvas.setAttribute("aria-label", `Map over ${c?.label} and ${d?.label}. Arrow keys move the point, plus and minus zoom.`);
-    if (!this.codes.some((code) => code !== 255)) { this.names.replaceChildren(); return this.nothing(p, this.running ? "computing …" : ""); }
+    if (!this.codes.some((code) => code !== 255)) { this.names.replaceChildren(); this.names.dataset.key = ""; return this.nothing(p, this.running ? "computing …" : ""); }
     if (this.dirty || this.painted !== document.documentElement.dataset.theme + this.view.value) this.paint();
     p.inside((g) => {
       g.imageSmoothingEnabled = false;

@@ -46,7 +46,6 @@ export class StripPanel extends Panel {
     this.grids.say("");
     this.note.textContent = head.none ? "no branches here" : "each value from the same start";
     this.note.title = head.none ?? "";
-    this.names.dataset.key = "";
     this.plot.redraw();
   }
 
@@ -66,11 +65,10 @@ export class StripPanel extends Panel {
     const state = this.page.state(), { list } = this.page.controls();
     if (!state.over || !list.some((c) => c.name === state.over[0])) { const c = list.find((d) => DRIVE.includes(d.name)) ?? list.find((d) => d.kind === "number"); state.over = [c.name, c.low, c.high]; }
     fill(this.over, list, state.over[0]);
-    const key = JSON.stringify(state.over);
-    if (key !== this.key) { this.key = key; this.stale = true; this.blank(); }
+    if (this.along !== JSON.stringify(state.over)) { this.along = JSON.stringify(state.over); this.blank(); }
+    this.compare();
   }
 
-  dependsOn(names) { const { over } = this.page.state(); return names.some((name) => name !== over?.[0]); }
   request() { const { over } = this.page.state(); return over ? { over } : null; }
   on_grid(head) { this.count = head.cells[0]; this.blank(); }
 
@@ -108,10 +106,10 @@ export class StripPanel extends Panel {
       }
     });
     if (this.branches?.value) this.drawBranches(p);
-    const key = [...used].sort().join();
+    const lines = !this.branches?.value ? [] : ["— stable orbits", "┄ unstable", ...this.branches.kinds.map((name, k) => `${MARKS[k % MARKS.length]} ${name}`)];
+    const key = JSON.stringify([lines, [...used].sort()]);
     if (this.names.dataset.key === key) return;
     this.names.dataset.key = key;
-    const lines = !this.branches?.value ? [] : ["— stable orbits", "┄ unstable", ...this.branches.kinds.map((name, k) => `${MARKS[k % MARKS.length]} ${name}`)];
     this.names.replaceChildren(...lines.map((text) => make("li", {}, text)), ...[...used].sort((a, b) => a - b).filter((code) => code !== IMPOSSIBLE).map((code) => make("li", {}, sample(regimeColour(legend, code)), kindOf(legend, code).name)));
   }
 

@@ -51,8 +51,9 @@ export function picker(label, onchange) {
 
 export function fill(select, list, chosen) {
   const numbers = list.filter((c) => c.kind === "number");
-  if (select.dataset.key !== JSON.stringify(numbers.map((c) => c.name))) {
-    select.dataset.key = JSON.stringify(numbers.map((c) => c.name));
+  const key = JSON.stringify(numbers.map((c) => [c.name, c.label]));
+  if (select.dataset.key !== key) {
+    select.dataset.key = key;
     select.replaceChildren(...numbers.map((c) => new Option(c.label, c.name)));
   }
   if (chosen) select.value = chosen;
@@ -75,6 +76,19 @@ export class Panel {
   /** @returns {Record<string, any> | null} what is asked for besides the setting */
   request() { return {}; }
 
+  // A key of everything that the panel depends on: what it is over, and the setting but for the values of these parameters.
+  basis() {
+    const { values, ...subject } = this.page.setting(), request = this.request(), over = Object.values(request ?? {}).map(([name]) => name);
+    return JSON.stringify([subject, request, Object.entries(values).filter(([name]) => !over.includes(name)).sort()]);
+  }
+
+  // Marks the panel as outdated if it is of another setting.
+  compare() {
+    if (this.basis() === this.key) return false;
+    this.key = this.basis(); this.stale = true;
+    return true;
+  }
+
   show() {
     this.plot.redraw();
     if (this.stale) this.start();
@@ -84,7 +98,7 @@ export class Panel {
     clearTimeout(this.timer);
     const content = this.request();
     if (!content) return;
-    this.problem = "";
+    this.problem = ""; this.key = this.basis();
     this.stale = false; this.filled = false;
     this.id = this.page.ask(this.kind, { setting: this.page.setting(), ...content });
     this.running = this.id !== null;
@@ -92,11 +106,11 @@ export class Panel {
     this.grids.say(this.running ? "0 %" : "");
   }
 
-  // Marks the panel as outdated: fades it, and computes it again once the settings rest.
-  outdated() {
-    if (this.running) { this.page.ask("cancel", { grid: this.kind }); this.running = false; this.id = null; }
+  // The setting was changed: fades the panel if it depends on that, and computes it again once the settings rest.
+  changed() {
     const before = this.stale;
-    this.stale = true;
+    if (!this.compare()) return;
+    if (this.running) { this.page.ask("cancel", { grid: this.kind }); this.running = false; this.id = null; }
     clearTimeout(this.timer);
     if (this.grids.open === this) {
       this.grids.say("settings changed");
