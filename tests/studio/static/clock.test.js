@@ -146,3 +146,12 @@ test("a run of the second setting alone is played, too", () => {
   own.playing = false; own.write(0);
   assert.equal(own.output.textContent, "8 ms");
 });
+
+test("of two settings the longer run is played to its end, and speeds have the units of what is shown", () => {
+  const own = clock({ a: run(40), b: run(60) });
+  own.speeds(20, true); own.speed.value = "real"; own.tick(0);
+  own.at = 50; own.tick(5);
+  assert.equal(own.at, 55);
+  const names = (si) => { own.speeds(20, si); return own.speed.options.map((o) => o.textContent); };
+  assert.deepEqual([names(true).at(-1), names(false).at(-1), names(true).at(-1)], ["real time", "0.5 s a period", "real time"]);
+});

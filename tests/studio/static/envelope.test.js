@@ -152,3 +152,12 @@ test("an envelope is drawn from its window behind to its limits and names, each 
   own.grids.message({ ...HEAD, id: own.id(), limits, static: {} }, { frequency: Float32Array.of(5, 15), window: Float32Array.of(2000, 1000), ...Object.fromEntries(limits.map((name, k) => [`limit ${name}`, Float32Array.of(2400 - 100 * k, 1200)])) });
   assert.deepEqual(drawn(own.p.context).flatMap((one) => one.match(/^(.*) \| (\w+) 600 11px right/)?.slice(1) ?? []), ["one", "breakdown", "two", "around", "three", "meridian", "four five", "both", "six", "a", "seven", "edge"]);
 });
+
+test("while an envelope is computed that is said in its place, and why there is none", () => {
+  const own = setUp("envelope"), said = () => { forget(own.p.context); own.p.redraw(); return texts(own.p.context).join(" "); };
+  assert.equal(said(), "computing the envelope, which takes some seconds …");
+  own.grids.lost();
+  assert.equal(said(), "");
+  own.grids.opened(); own.grids.failed({ id: own.id(), message: "no drive" });
+  assert.equal(said(), "no drive");
+});

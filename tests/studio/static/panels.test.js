@@ -309,3 +309,14 @@ test("each axis has the room that its plot says: six decades, limits with 15 %, 
   const time = panel(timePanel, { a: look() });
   assert.ok(near(time.top, 6) && near(time.bottom, 6 + (1 - 0.27 - 0.06) * 440));
 });
+
+test("of a long run the portrait draws 20000 samples alone, and 6000 behind its settled motion", () => {
+  const long = { x: new Float32Array(20001).fill(2), u: new Float32Array(20001).fill(1) }, count = (more, faint) => strokes(panel(portraitPanel, { a: look({ ...long, ...more }) }), faint).length;
+  assert.deepEqual([count({}, true), count(ORBIT, true)], [20000, 6000]);
+});
+
+test("where one of two settings ends and neither has a spectrum, it is said why, and of one that is not there that it is awaited", () => {
+  const ended = look({ words: { ended: "pulled in", period: 20, shares: [] } }), said = (looks) => texts(panel(spectrumPanel, looks).context).join(" ");
+  for (const looks of [{ a: ended, b: look() }, { a: look(), b: ended }, { a: ended }]) assert.equal(said(looks), "A motion that ends has no spectrum.");
+  assert.equal(said({ a: look() }), "No spectrum yet: it is being computed, or the actuator stands still.");
+});

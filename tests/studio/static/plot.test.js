@@ -61,6 +61,7 @@ test("every tick stands at its value, and the axes are named", () => {
 test("the extent leaves out what is not a number", () => {
   assert.deepEqual(extent(Float32Array.of(3, NaN, -1), [7]), [-1, 7]);
   assert.deepEqual(extent([]), [Infinity, -Infinity]);
+  assert.deepEqual([extent([3, 2, 1]), extent([-3, -2]), extent([5]), extent([4], [], [9, -9])], [[1, 3], [-3, -2], [5, 5], [-9, 9]]);
 });
 
 test("a range holds what is shown and moves only when it must", () => {
@@ -93,6 +94,13 @@ test("a line goes through its values and is broken where there is none", () => {
   assert.deepEqual([stroke.strokeStyle, stroke.lineWidth, stroke.globalAlpha, stroke.dash], ["#111111", 2, 0.5, [3, 4]]);
   const clip = p.context.calls.find((c) => c.name === "rect");
   assert.deepEqual(clip.args, [p.left, p.top - 1, p.right - p.left, p.bottom - p.top + 2]);
+});
+
+test("of a line with many samples as many are drawn as are asked for", () => {
+  const p = plot();
+  p.axes([0, 9], [0, 9]); forget(p.context);
+  p.line([0, 1, 2, 3, 4], [0, 1, 2, 3, 4], { colour: "#111111", most: 3 });
+  assert.deepEqual(p.context.calls.filter((c) => ["moveTo", "lineTo"].includes(c.name)).map((c) => c.args[0]), [0, 1, 2].map((v) => p.X(v)));
 });
 
 test("a dense line fills, column by column, what its samples span", () => {

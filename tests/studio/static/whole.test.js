@@ -617,13 +617,18 @@ async function attended(hash) {
   return { act, socket, $: (id) => document.getElementById(id) };
 }
 
+// What was drawn last on a canvas.
+function seenLast(canvas) {
+  const { calls } = canvas.getContext(), from = calls.findLastIndex((c) => c.name === "fillRect" && c.fillStyle === colours().panel && c.args[2] === SIZE[0]);
+  return drawn({ calls: calls.slice(from) });
+}
+
 // What is seen: the address, elements, marks over parameters, and of each picture in sight what was drawn last.
 function seen() {
   const canvases = [document.getElementById("cone"), ...document.querySelectorAll(".view.shown .plot canvas")];
-  const last = (g) => { const from = g.calls.findLastIndex((c) => c.name === "fillRect" && c.fillStyle === colours().panel && c.args[2] === SIZE[0]); return { calls: g.calls.slice(from) }; };
   return {
     address: location.hash, body: ["header", "aside", "#badges", "#film-legend", "#motion"].map((one) => made(document.querySelector(one))), views: document.querySelectorAll(".view.shown").map(made), classes: document.body.className,
-    marks: document.querySelectorAll(".grid.shown .mark").map((own) => [own.className, own.hidden || own.style.transform]), pictures: canvases.map((canvas) => drawn(last(canvas.getContext()))),
+    marks: document.querySelectorAll(".grid.shown .mark").map((own) => [own.className, own.hidden || own.style.transform]), pictures: canvases.map(seenLast),
   };
 }
 const click = (selector) => document.querySelector(selector).click();
@@ -651,4 +656,32 @@ test("after anything that is done the page is as one opened at its address, and 
   const own = await attended("#device=biased-pump"), results = [];
   for (const [what, does, ...found] of rows) { assert.deepEqual(await own.act(does), found, what); if (what.endsWith(".")) results.push([what, seen()]); }
   for (const [what, before] of results) { await attended(before.address); assert.deepEqual(before, seen(), what); }
+});
+
+test("of two settings what is of one alone is of the one that is changed", async () => {
+  const rows = [["device=soft-film&disc_radius=5+mm", "preset=base&frequency=7"], ["preset=base&frequency=7", "device=soft-film&disc_radius=5+mm"], ["device=soft-film&frequency=3+Hz", "device=biased-pump&film=wrinkling&frequency=9+Hz"]], second = (text) => text.split("&").map((part) => `b.${part}`).join("&");
+  const own = (socket) => {
+    click("#save");
+    const code = socket.sent.findLast(({ kind }) => kind === "code"), grid = document.querySelector(".grid.shown"), names = ["time", "portrait"].map((view) => seenLast(document.querySelector(`#${view} canvas`)).filter((one) => /soft 11px center (bottom|middle)$/.test(one)));
+    return { code: [code.setting, code.options], aside: made(document.querySelector("aside")), subject: document.getElementById("subject").value, speeds: document.getElementById("speed").options.map((o) => o.textContent), tab: document.getElementById("envelope-tab").hidden, grid: made(grid), picture: seenLast(grid.querySelector("canvas")), names };
+  };
+  for (const [one, other] of rows) for (const more of ["right=map&view=stroke", "right=strip"]) {
+    const found = [];
+    for (const hash of [`${one}&${more}`, `${other}&${second(one)}&side=b&${more}`, `${one}&${second(other)}&side=a&${more}`]) { const { socket } = await attended(`#${hash}`); found.push(own(socket)); }
+    for (const pair of found.slice(1)) assert.deepEqual(pair, found[0], `${one} ${other} ${more}`);
+  }
+});
+
+test("evidence of an older question is shown until its own comes, but not of one that is long past", async () => {
+  const { $, answer, last, socket } = await open(), kind = () => $("badges").querySelector(".kind").textContent, give = (id) => socket.give({ kind: "kind", id, side: "a", words: KIND }, ORBIT);
+  answer();
+  const { id } = last("look");
+  slide("frequency", 300); slide("frequency", 310);
+  give(id);
+  assert.equal(kind(), "Periodic, period 1");
+  for (let k = 0; k < 501; k++) slide("frequency", k);
+  answer();
+  assert.equal(kind(), "Seems to repeat …");
+  give(id);
+  assert.equal(kind(), "Seems to repeat …");
 });
