@@ -360,3 +360,36 @@ test("disc and gauge are taken hold of within 12 pixels", () => {
   own.canvas.onpointermove({ clientX: 10, clientY: 20, pointerId: 1, type: "pointermove" });
   assert.equal(own.canvas.style.cursor, "ns-resize");
 });
+
+const channels = (css) => (css.startsWith("#") ? [1, 3, 5].map((k) => parseInt(css.slice(k, k + 2), 16)) : css.match(/\d+/g).map(Number));
+
+test("the field brightens a film with its square, at breakdown to 55 % of the way to white, each ring by its own stretch", () => {
+  const toWhite = (css) => { const [r, , b] = channels(css), [p, , q] = channels(LIGHT.taut); return ((r - p) / (255 - p) + (b - q) / (255 - q)) / 2; };
+  const shape = [[8, 1, 3], [20, 0.4, 2], [30, 0, 1]].map(([radius, rise, stretch]) => ({ radius, rise, stretch, wrinkled: false }));
+  const lines = (field, shapes) => [...new Set(cone([{ thin: [1], field: [field], shapes }]).g.calls.filter((c) => c.name === "lineTo" && c.lineCap === "round").map((c) => c.strokeStyle))].map(toWhite);
+  for (const field of [0.5, 0.9, 1]) {
+    assert.ok(near(lines(field, [null, null])[0], 0.55 * field ** 2, 0.01), `${field}`);
+    for (const [k, stretch] of [2.5, 1.5].entries()) assert.ok(near(lines(field, [shape, null])[k], 0.55 * (field * (stretch / 3)) ** 2, 0.01), `${field} ${stretch}`);
+  }
+});
+
+test("a facet is lit from the upper left, darker behind and in its pleats, and never black", () => {
+  const { own } = cone([{}]), film = channels(LIGHT.taut), dark = channels("#12202c");
+  const shade = (...facet) => { const [, g, b] = channels(own.shade(...facet)), [, p, q] = film; return ((p - g) / (p - dark[1]) + (q - b) / (q - dark[2])) / 2; };
+  for (let angle = 0; angle < 6.3; angle += 0.7) for (const slope of [-0.8, 0, 0.8]) {
+    const front = 0.5 * (1 - (0.5 + 0.5 * Math.cos(angle + 2.3) * Math.sin(slope + 0.5)));
+    assert.ok(near(shade(0, angle, slope, 1, 1, true), front, 0.02) && near(shade(0, angle, slope, 1, 1, false), front + 0.12, 0.02), `${angle} ${slope}`);
+  }
+  const part = (film, sector, ring) => { const [, , b] = channels(own.shade(film, 1, 0.3, sector, ring, true)), p = channels(FILM[film])[2]; return (p - b) / (p - dark[2]); };
+  for (const [film, sector, ring] of [[1, 1, 0], [2, 1, 1], [3, 1, 0], [3, 0, 1]]) assert.ok(near(part(film, sector, ring) - part(film, 0, 0), 0.2, 0.05), `${film}`);
+  assert.ok(near(part(3, 1, 1) - part(3, 0, 0), 0.4, 0.05) && part(3, 1, 1) <= 0.81);
+});
+
+test("what is written about a cone stands in its place, and a long name in the room of its side", () => {
+  const { own, g } = cone([{}]), at = (calls) => calls.filter((c) => c.name === "fillText").map(({ args: [text, x, y, most], shift }) => [text, x + shift[0], y, ...(most ? [most] : [])]), side = { about: ABOUT, low: 0, high: 20 };
+  const disc = own.ground(side, 480, own.scale(side)) - 10 * own.scale(side);
+  assert.deepEqual(at(g.calls), [["10 mm", (640 - 46) / 4, disc - 8], ["500 V", 640 - 46 + 4 - (640 - 46) / 2 + 23 - 4, 480 - 24 + 13], ["voltage", 640 - 46 + 4 - (640 - 46) / 2 + 23 - 4, 22 - 11]].map(([text, x, y]) => [text, x, y]));
+  assert.deepEqual(at(cone([{ name: "n".repeat(90) }, { name: "m" }]).g.calls), [0, 1].flatMap((k) => [[`${"AB"[k]} ${k ? "m" : "n".repeat(90)}, in its own scale`, 160 + 320 * k, 480 - 18, 320 - 12], ["10 mm, 500 V", 160 + 320 * k, 480 - 3]]));
+  const ground = g.calls.find((c) => c.name === "fillRect" && near(c.globalAlpha, 0.8)).args;
+  assert.deepEqual(ground, [(640 - 46) / 4 - 15 - 3, disc - 8 - 14, 36, 15]);
+});

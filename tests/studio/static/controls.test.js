@@ -264,3 +264,9 @@ test("an icon is drawn in the colour of its text, and is not read out", () => {
     assert.deepEqual([own.tagName, own.attributes, line.tagName, line.attributes], ["svg", { viewBox: "0 0 16 18", width: wide, height: wide, fill: "none", stroke: "currentColor", "stroke-width": "1.6", "aria-hidden": "true" }, "path", { d: "M0 0h9" }]);
   }
 });
+
+test("the arrow of a reset goes round against the hands of a clock, most of the way", () => {
+  const { row } = controls(), [head, arc] = strokes(row("disc_radius").row.querySelector(".reset")), [large, sweep, x, y] = arc.match(/A6 6 0 (\d) (\d) ([\d.]+) ([\d.]+)/).slice(1).map(Number), [, from] = arc.match(/M[\d.]+ ([\d.]+)/);
+  assert.deepEqual([head, large, sweep], ["M4 4v4h4", 1, 1]);
+  assert.ok(y > Number(from) && x < 8); // from the head over the top to below it
+});

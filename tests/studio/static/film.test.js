@@ -56,7 +56,7 @@ test("a film draws its pictures until its time has passed, and ends as one file;
     constructor(stream, options) { Object.assign(this, { stream, options, state: "inactive" }); made.push(this); }
     static isTypeSupported(type) { return type.endsWith("vp8"); }
     start() { this.state = "recording"; }
-    stop() { this.state = "inactive"; this.ondataavailable({ data: "end" }); this.onstop(); }
+    stop() { assert.equal(this.state, "recording"); this.state = "inactive"; this.ondataavailable({ data: "end" }); this.onstop(); }
   };
   const film = filmed(pictures, 2, (passed) => said.push(passed));
   made[0].ondataavailable({ data: "begin" });

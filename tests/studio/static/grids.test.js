@@ -1,7 +1,7 @@
 // What map, sweep and envelope have in common: what is asked and when, keys, hands and marks.
 import assert from "node:assert/strict";
 import test from "node:test";
-import { envelope, placed, pointer, setUp } from "./grid_panels.js";
+import { LIST, envelope, placed, pointer, setUp } from "./grid_panels.js";
 import { browser, forget, made, near, texts, wait } from "./page.js";
 
 browser();
@@ -197,5 +197,14 @@ test("each panel is of the setting that is active: of another device, side or st
     setting.values = { frequency: "3 Hz", voltage_amplitude: "100 V", voltage_offset: "0.125 kV" }; // along the panels
     if (right === "strip") delete setting.values.frequency;
     if (right === "envelope") { grids.controlsChanged(); assert.equal(count(), changes.length + 1, right); }
+  }
+});
+
+test("panels are over the drive at first, wherever it stands among the parameters, and without one over the first ones", () => {
+  for (const [order, x, y] of [[[4, 3, 1, 0, 2], "frequency", "film_thickness"], [[4, 0, 1, 2, 3], "voltage_amplitude", "frequency"], [[0, 4], "film_thickness", undefined]]) {
+    const { grids, state, controls } = setUp();
+    controls.list = order.map((k) => LIST[k]); Object.assign(state, { x: null, y: null, over: null });
+    if (y) grids.controlsChanged(); else grids.panels.strip.prepare(); // a map needs two
+    assert.deepEqual([state.x?.[0] ?? x, state.y?.[0], state.over[0]], [x, y, x]);
   }
 });

@@ -232,7 +232,7 @@ export function browser(hash = "", search = "?token=secret") {
   const root = new Element("html");
   const document = {
     documentElement: root, activeElement: null,
-    createElement: (tag) => new Element(tag), createElementNS: (space, tag) => new Element(tag),
+    createElement: (tag) => new Element(tag), createElementNS: (space, tag) => { if (space !== "http://www.w3.org/2000/svg") throw new Error(space); return new Element(tag); },
     getElementById: (id) => root.all().find((e) => e.id === id) ?? null,
     querySelector: (selector) => root.querySelector(selector), querySelectorAll: (selector) => root.querySelectorAll(selector),
     get body() { return root.querySelector("body"); },

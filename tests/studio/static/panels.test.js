@@ -320,3 +320,15 @@ test("where one of two settings ends and neither has a spectrum, it is said why,
   for (const looks of [{ a: ended, b: look() }, { a: look(), b: ended }, { a: ended }]) assert.equal(said(looks), "A motion that ends has no spectrum.");
   assert.equal(said({ a: look() }), "No spectrum yet: it is being computed, or the actuator stands still.");
 });
+
+test("each text over a plot stands at its place: names at the lines and curves that they are of, remarks in the corner", () => {
+  const at = (p, text) => p.context.calls.filter((c) => c.name === "fillText" && c.args[0].startsWith(text)).map((c) => [c.args[1], c.args[2], c.textAlign]), measured = ["one.csv", "two.csv"].map((name) => ({ name, over: "time", from: "height", along: Float64Array.of(0, 20), values: Float64Array.of(1, 2), volts: null, low: null, high: null }));
+  const time = panel(timePanel, { a: look({ words: { ended: "", period: 20, shares: [], cut: true, shown: 3 } }), measured });
+  assert.deepEqual([at(time, "only the first"), at(time, "one.csv"), at(time, "two.csv")], [[[56 + 6, 6 + 9, "left"]], [[620 - 6, time.bottom - 8, "right"]], [[620 - 6, time.bottom - 22, "right"]]]);
+  const statics = panel(staticsPanel, { a: look({ ...FULL, extent: [1, 3] }) });
+  assert.deepEqual([at(statics, "the settled"), at(statics, "pitchfork"), at(statics, "pull-in")], [[[statics.X(0) + 5, statics.Y(3) + 9, "left"]], [[statics.X(880) - 4, 8 + 9, "right"]], [[statics.X(900) - 4, 8 + 23, "right"]]]);
+  const long = panel(portraitPanel, { a: look({ x: new Float32Array(20001).fill(2), u: new Float32Array(20001).fill(1) }) });
+  assert.deepEqual(at(long, "only the beginning"), [[62, 17, "left"]]);
+  for (const [own, by, align] of [[0, 10, "left"], [4, -10, "right"]]) { const p = panel(portraitPanel, { a: look({ words: { ended: "pulled in", period: 20, shares: [] }, x: Float32Array.of(0, 2, 4, 2, own) }) }); assert.deepEqual(at(p, "pulled in"), [[p.X(own) + by, p.Y(1), align]]); }
+  for (const [make, more] of [[spectrumPanel, {}], [staticsPanel, {}]]) { const p = panel(make, { a: look(more) }), said = p.context.calls.filter((c) => c.name === "fillText"); assert.ok(said.every((c) => c.args[1] === 320 && c.textAlign === "center") && near(said.reduce((sum, c) => sum + c.args[2], 0) / said.length, 240)); }
+});

@@ -114,7 +114,7 @@ test("while a film is recorded it is said how much of it there is, and then its 
   let now = 0;
   globalThis.performance.now = () => now;
   globalThis.setInterval = (does) => steps.push(does);
-  globalThis.MediaRecorder = class { static isTypeSupported() { return true; } constructor() { films.push(this); } start() { this.state = "recording"; } stop() { this.state = "inactive"; this.ended = true; } };
+  globalThis.MediaRecorder = class { static isTypeSupported() { return true; } constructor() { films.push(this); } start() { this.state = "recording"; } stop() { assert.equal(this.state, "recording"); this.state = "inactive"; this.ended = true; } };
   document.createElement = (tag) => Object.assign(make(tag), tag === "canvas" && { captureStream: () => ({}) });
   const page = { shown: () => ({ name: "pump", look: { words: { ended: "", seems: "seems to repeat" } }, values: {} }), pictures: () => [Object.assign(make("canvas"), { width: 300, height: 200 })], play() {} };
   const saver = new Saver(document.createElement("dialog"), page);

@@ -685,3 +685,11 @@ test("evidence of an older question is shown until its own comes, but not of one
   give(id);
   assert.equal(kind(), "Seems to repeat …");
 });
+
+test("a page at rest draws its cone and plots anew when they are given another size", async () => {
+  const from = page.observers.length, { $ } = await attended("#device=biased-pump"), canvases = [$("cone"), $("time").querySelector("canvas")];
+  for (const canvas of canvases) forget(canvas.getContext());
+  for (const resized of page.observers.slice(from)) resized();
+  draw();
+  for (const canvas of canvases) assert.ok(texts(canvas.getContext()).length > 0, canvas.id);
+});
