@@ -78,7 +78,10 @@ def check_path(name: str, path: object) -> None:
 
 
 class DoubtfulInput(UserWarning):
-    """A usable value that is probably not meant. The command line prints it as one line and continues."""
+    """A usable value that is probably not meant, or a table that had to be interpreted.
+
+    The command line prints it as one line and continues.
+    """
 
 
 class LostWorker(RuntimeWarning):

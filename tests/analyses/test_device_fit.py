@@ -104,3 +104,15 @@ def test_a_fitted_device():
         assert "no device of this structure makes these data" in refused
     plan = device_fit.device_plan_words(fit_of_device(), pump).splitlines()
     assert plan[0] == "biased pumping cone: plan of 120 readings in 2 tests, wrinkling film"
+
+
+def test_a_plan_says_how_the_files_of_its_tests_were_read(tmp_path):
+    text = '[[test]]\nkind = "ring-down"\nfile = "ringing.csv"\nnoise = {frequency = "0.02 Hz", decay = "0.05 1/s"}\n'
+    (tmp_path / "tests.toml").write_text(text)
+    (tmp_path / "ringing.csv").write_text("frequency/Hz;decay (1/s)\n9,1;1,5\n9,2;1,25\n")
+    device = find_device("soft-film").replace(film="taut")
+    plan = gelcone.plan_device(device, gelcone.read_device_tests(tmp_path / "tests.toml"), {"moving_mass": 0.03})
+    notes = ["cells are separated by semicolons", "decimals are written with commas: 9,1 is 9.1"]
+    lines = device_fit.device_plan_words(plan, device).splitlines()
+    assert lines[-3:] == ["read as:", *(f"  ring-down, ringing.csv: {note}" for note in notes)]
+    assert device_fit.device_fit_json(plan)["reading"] == [[note, ["ring-down, ringing.csv"]] for note in notes]

@@ -9,7 +9,7 @@ from gelcone.analyses import draws
 from gelcone.analyses.draws import drawn_options, read_draws
 from gelcone.analyses.request import Subject, read_subject
 from gelcone.devices.device import find_device
-from gelcone.errors import InputError
+from gelcone.errors import DoubtfulInput, InputError
 from gelcone.physics.model import ConeModel
 from gelcone.register.analyses import find_analysis
 
@@ -59,21 +59,27 @@ def test_a_netcdf_table_is_the_same_as_csv(tmp_path):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "has 0 draws of 0 parameters"),
-        ("voltage\n1\n", "has 1 draws of 1 parameters"),
-        ("voltage,voltage\n1,2\n3,4\n", "a name twice"),
-        ("voltage,prestretch\n1,2\n3\n", "line 3: has 1 values for 2 names"),
-        ("voltage\n1\n0,5\n", "line 3: has 2 values for 1 names"),
-        ("voltage\n1\nhigh\n", "could not convert string to float: 'high'; give numbers"),
+        ("", "is empty"),
+        ("voltage\n1\n", "has 1 draws; give 2 to 100000"),
+        ("voltage,voltage\n1,2\n3,4\n", "has two columns 'voltage'"),
+        ("voltage,prestretch\n1,2\n3\n4,5\n", "line 3: has 1 cells for 2 columns"),
+        ("voltage,prestretch\n1,2\n0,5,3\n", "line 3: has 3 cells for 2 columns; decimal commas need semicolons"),
+        ("voltage\n1\nhigh\n", "line 3: column 'voltage' holds 'high'; give one number a cell"),
         ("voltage [V\n1\n2\n", "bracket that is not closed"),
         ("voltage [V]\n1\n2\n", "is dimensionless; leave the unit out"),
         ("volts\n1\n2\n", "volts"),
-        (",".join(f"p{k}" for k in range(70)) + "\n", "of 70 parameters"),
+        (",".join(f"p{k}" for k in range(70)) + "\n", "has 70 columns; give at most 64"),
     ],
 )
 def test_bad_tables_are_refused(tmp_path, text, message):
     with pytest.raises(InputError, match=message.replace("[", r"\[")):
         read_draws([table(tmp_path, text)], of_model(), **HOW)
+
+
+def test_decimal_commas_of_a_table_are_read_with_a_warning(tmp_path):
+    path = table(tmp_path, "voltage;prestretch\n0,5;1\n0,7;1,1\n")
+    with pytest.warns(DoubtfulInput, match="decimals are written with commas: 0,5 is 0.5"):
+        assert read_draws([path], of_model(), **HOW)["voltage"].tolist() == [0.5, 0.7]
 
 
 def test_tables_have_bounds(tmp_path, monkeypatch):
@@ -123,7 +129,7 @@ def test_two_distributions_are_arranged_for_indices_where_that_is_possible():
     assert read_draws([], of_model(), **how) == {}
 
 
-@pytest.mark.parametrize("count", [2, draws.MOST_PARAMETERS])
+@pytest.mark.parametrize("count", [2, draws.MOST_COLUMNS])
 def test_a_table_has_as_many_parameters_as_are_allowed(count, monkeypatch, tmp_path):
     """And of so few draws: two."""
     monkeypatch.setattr(
@@ -133,8 +139,8 @@ def test_a_table_has_as_many_parameters_as_are_allowed(count, monkeypatch, tmp_p
     text = f"{','.join(names)}\n{','.join(['1'] * count)}\n{','.join(['2'] * count)}\n"
     path = table(tmp_path, text)
     assert read_draws([path], of_model(), **HOW) == {name: (f"{path}: {name}", [1.0, 2.0], "") for name in names}
-    with pytest.raises(InputError, match=f"has 2 draws of {draws.MOST_PARAMETERS + 1} parameters"):
-        read_draws([table(tmp_path, ",".join(["a"] * (draws.MOST_PARAMETERS + 1)) + "\n1\n2\n")], of_model(), **HOW)
+    with pytest.raises(InputError, match=f"has {draws.MOST_COLUMNS + 1} columns; give at most {draws.MOST_COLUMNS}"):
+        read_draws([table(tmp_path, ",".join(["a"] * (draws.MOST_COLUMNS + 1)) + "\n1\n2\n")], of_model(), **HOW)
     gelcone.save(xr.Dataset({name: ("draw", [1.0, 2.0], {"units": "mm"}) for name in names}), tmp_path / "draws.nc")
     assert list(read_draws([str(tmp_path / "draws.nc")], of_model(), **HOW)) == names
 

@@ -45,8 +45,8 @@ def test_the_tests_and_notes_of_a_fitted_material():
         "b.csv - - pure shear hold, 1500 V, predicted only",
         "c.csv 50.00 - equibiaxial ramp, left out",
     ]
-    assert material_fit._notes(found) == ["read as:", "  a.csv, b.csv: in percent"]
-    assert material_fit._notes(found.assign_attrs(reading="[]")) == []
+    assert material_fit.note_lines(found) == ["read as:", "  a.csv, b.csv: in percent"]
+    assert material_fit.note_lines(found.assign_attrs(reading="[]")) == []
     many = material_fit._test_lines(found.isel(test=[0] * (material_fit.MOST_TESTS + 2)))
     assert many[-1] == "  and 2 more (all with --json or --out)"
 
@@ -65,7 +65,7 @@ def test_a_fitted_material_names_its_law_its_numbers_and_their_intervals(branche
 
     gel = SimpleNamespace(law="gent", branches=branches_, flow=flow, relative_permittivity=4.5)
     monkeypatch.setattr(material_fit, "fitted_material", lambda result: gel)
-    for name in ("_quality_lines", "_compared_lines", "_test_lines", "_notes"):
+    for name in ("_quality_lines", "_compared_lines", "_test_lines", "note_lines"):
         monkeypatch.setattr(material_fit, name, lambda result, name=name: [name])
     own = {"value": [20e3, 50.0], "low": [18e3, NAN], "high": [24e3, NAN]}
     found = made(
@@ -76,7 +76,7 @@ def test_a_fitted_material_names_its_law_its_numbers_and_their_intervals(branche
     lines = [
         f"a gel: {rule}", "  fitted to 2 tests", "  shear_modulus 20 kPa (95 %: 18 to 24 kPa)",
         "  stretch_limit 50",
-        "  relative_permittivity 4.5", "_quality_lines", "_compared_lines", "_test_lines", "_notes",
+        "  relative_permittivity 4.5", "_quality_lines", "_compared_lines", "_test_lines", "note_lines",
     ]  # fmt: skip
     assert material_fit.fit_words(found).splitlines() == lines
     warm = material_fit.fit_words(found.assign_attrs(temperature=296.15, permittivity_note="stated")).splitlines()

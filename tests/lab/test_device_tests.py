@@ -156,7 +156,7 @@ def test_columns_are_found_by_name_or_named_and_turned_round(read):
     assert test.name == "stroke over load, a.csv"
     with pytest.raises(InputError, match='the noise of stroke is missing; give noise = "10 um", or a table'):
         read(text.replace('noise = {stroke = "5 um"}', 'noise = {force = "1 mN"}'), a="W,d (um)\n-1,10\n")
-    with pytest.raises(InputError, match="'kV' is not a unit of stroke; write it in m"):
+    with pytest.raises(InputError, match="'kV' is not a unit of length; write one of m, cm, mm"):
         read(text, a="W,displacement (kV)\n-1,10\n-2,20\n")
     with pytest.raises(InputError, match="column 'W' is in N by its heading and in mN by the list; leave the unit out"):
         read(text, a="W (N),displacement (um)\n-1,10\n-2,20\n")
@@ -166,5 +166,5 @@ def test_columns_are_found_by_name_or_named_and_turned_round(read):
     for micro in ("\N{MICRO SIGN}", "\N{GREEK SMALL LETTER MU}"):
         (test,) = read(text.replace("-W, mN", "-W, uN"), a=f"W ({micro}N),displacement (um)\n-1,10\n-2,20\n").tests
         np.testing.assert_allclose(test.set["load"], [1e-6, 2e-6])
-    with pytest.raises(InputError, match="column 'W' has cells without numbers"):
+    with pytest.raises(InputError, match="line 3: column 'W' has an empty cell"):
         read(text, a="W,displacement (um)\n-1,10\n,20\n")

@@ -106,14 +106,6 @@ def test_a_fit_takes_over_what_it_does_not_replace():
         module._known_fields({"dielectric_strength": "3 N"})
 
 
-def test_a_note_is_said_once_of_the_files_or_tests_that_it_is_about():
-    tests = [
-        coupon("a1", file="a.csv", notes=("thinned", "warm")), coupon("a2", file="a.csv", notes=("thinned",)),
-        coupon("b", notes=("warm",)),
-    ]  # fmt: skip
-    assert module._reading(tests) == [("thinned", ["a.csv"]), ("warm", ["a1", "b.csv"])]
-
-
 def test_units_are_those_of_the_fields_of_a_material():
     assert [module.unit_of(name) for name in ("shear_modulus", "relaxation_time_1", "yeoh_c2")] == ["Pa", "s", "1"]
 

@@ -1,13 +1,20 @@
 """Lists of measured files: what a table [[test]] may state, in SI, and which tests are taken."""
 
+import numpy as np
 import pytest
 
 from gelcone.errors import InputError
-from gelcone.lab.measured import _setting, listed_tables, place_of, read_tests
+from gelcone.lab.measured import _setting, listed_tables, notes_of, place_of, read_tests
 
 TABLE = "test,stretch,stress (kPa)\n" + "".join(
     f"{test},{1.0 + 0.1 * k},{test * k}\n" for test in (1, 2) for k in range(5)
 )
+
+
+def written(folder, text, name):
+    path = folder / name
+    path.write_text(text)
+    return path
 
 
 @pytest.fixture
@@ -134,3 +141,71 @@ def test_a_list_may_have_as_many_files_as_are_allowed(lists):
 )
 def test_a_temperature_is_read_in_either_unit(value, kelvin):
     assert _setting("here", "temperature", value) == pytest.approx(kelvin)
+
+
+PLAIN = "stretch,stress (kPa)\n1.0,0.0\n1.1,5.0\n1.2,9.0\n1.3,12.5\n"
+LISTS = {
+    "broken": ("[[test]\n", "broken TOML"),
+    "nothing": ("", "give a list of tests: a table [[test]] for each file"),
+    "an unknown table": ("[[tests]]\nfile = 'test.csv'\n", "'tests' is not known"),
+    "an unknown setting": (
+        "[[test]]\nfile = 'test.csv'\nthicknes = '1 mm'\n",
+        "'thicknes' is not a setting of a test; did you mean 'thickness'?",
+    ),
+    "no file": ("[[test]]\nmode = 'uniaxial'\n", "list.toml, test 1: file is missing"),
+    "a file elsewhere": ("[[test]]\nfile = '../secret.csv'\n", "must lie in the folder of the list; put it there"),
+    "a file at the root": ("[[test]]\nfile = '/etc/passwd'\n", "must lie in the folder of the list; put it there"),
+    "a Windows path": ("[[test]]\nfile = 'C:\\\\secret.csv'\n", "must lie in the folder of the list; put it there"),
+    "a file that is not there": ("[[test]]\nfile = 'other.csv'\n", "there is no such file"),
+    "an unknown mode": ("[[test]]\nfile = 'test.csv'\nmode = 'biaxial'\n", "'biaxial' is not a mode; did you mean"),
+    "a thickness without a unit": ("[[test]]\nfile = 'test.csv'\nthickness = '1'\n", "thickness = '1': has no unit"),
+    "no thickness at all": ("[[test]]\nfile = 'test.csv'\nthickness = 0.0\n", "must be greater than 0 m"),
+    "a temperature without a unit": ("[[test]]\nfile = 'test.csv'\ntemperature = 20\n", "write '20 degC' or '293 K'"),
+    "a test that is not there": ("[[test]]\nfile = 'test.csv'\nonly = [7]\n", "'7' is not a test of the file"),
+    "only what": ("[[test]]\nfile = 'test.csv'\nonly = 7\n", "must be a list of ids, such as [101, 102]"),
+    "another unit than in the heading": (
+        "[[test]]\nfile = 'test.csv'\nstress = 'stress, MPa'\n",
+        "is in kPa by its heading and in MPa",
+    ),
+    "a column that is not there": ("[[test]]\nfile = 'test.csv'\nstress = 'F, kPa'\n", "'F' is not a column"),
+    "a column that is a number": ("[[test]]\nfile = 'test.csv'\nstress = 7\n", "must name a column"),
+    "twice the same": ("[[test]]\nfile = 'test.csv'\n[[test]]\nfile = 'test.csv'\n", "test.csv: is listed twice"),
+}
+
+
+@pytest.mark.parametrize("kind", LISTS)
+def test_a_list_that_is_wrong_is_refused_in_one_line(kind, tmp_path):
+    written(tmp_path, PLAIN, "test.csv")
+    text, message = LISTS[kind]
+    with pytest.raises(InputError) as error:
+        read_tests(written(tmp_path, text, "list.toml"))
+    assert message in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_a_list_says_what_a_header_does_not(tmp_path):
+    written(tmp_path, "L,F\n0,0\n2,0.1\n4,0.18\n6,0.25\n", "tension.csv")
+    text = """
+        [[test]]
+        file = "tension.csv"
+        force = "F, N"
+        extension = "L, mm"
+        gauge_length = "20 mm"
+        specimen_width = "10 mm"
+        thickness = "1 mm"
+        rate = "0.1 1/s"
+        temperature = "22 degC"
+        mode = "pure shear"
+        use = "check"
+    """
+    (test,) = read_tests(written(tmp_path, text, "list.toml")).coupons
+    np.testing.assert_allclose(test.stretch, [1.0, 1.1, 1.2, 1.3])
+    np.testing.assert_allclose(test.stress, [0.0, 1e4, 1.8e4, 2.5e4])
+    np.testing.assert_allclose(test.time, [0.0, 1.0, 2.0, 3.0])
+    assert (test.mode, test.kind, test.use) == ("pure shear", "loading", "check")
+    assert test.temperature == pytest.approx(295.15)
+
+
+def test_a_note_is_said_once_of_the_files_or_tests_that_it_is_about():
+    read = [("a.csv", "a1", ("thinned", "warm")), ("a.csv", "a2", ("thinned",)), ("b.csv", "b", ("warm",))]
+    assert notes_of(read) == [("thinned", ["a.csv"]), ("warm", ["a1", "b.csv"])]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.analyses.answer import result_json
+from gelcone.analyses.material_fit import note_lines
 from gelcone.devices.units import format_si
 from gelcone.lab.device import UNDECIDED
 from gelcone.lab.fitted import fitted_device
@@ -38,7 +39,9 @@ def device_plan_words(result: xr.Dataset, device: Device) -> str:
     attrs, count = result.attrs, len(json.loads(result.attrs["tests"]))
     lines = [f"{device.name}: plan of {attrs['readings']} readings in {count} tests, {attrs['film']} film"]
     lines += _learnt_lines(result)
-    return "\n".join([*lines, *_unknown_lines(result, device), *_prediction_lines(result), *_next_lines(result)])
+    return "\n".join(
+        [*lines, *_unknown_lines(result, device), *_prediction_lines(result), *_next_lines(result), *note_lines(result)]
+    )
 
 
 def device_fit_words(result: xr.Dataset, device: Device) -> str:
@@ -46,13 +49,15 @@ def device_fit_words(result: xr.Dataset, device: Device) -> str:
     attrs = result.attrs
     lines = [f"{device.name}: fitted to {attrs['readings']} readings, {attrs['chosen']}", verdict(result)]
     lines += [*_structure_lines(result), *_unknown_lines(result, device), *_learnt_lines(result)]
-    return "\n".join([*lines, *_left_out_lines(result), *_prediction_lines(result), *_next_lines(result)])
+    return "\n".join(
+        [*lines, *_left_out_lines(result), *_prediction_lines(result), *_next_lines(result), *note_lines(result)]
+    )
 
 
 def device_fit_json(result: xr.Dataset) -> dict[str, Any]:
     """The JSON object of a plan or a fit."""
     found = result_json(result, FILE_ONLY)
-    for name in ("tests", "next", "impossible"):
+    for name in ("tests", "next", "impossible", "reading"):
         if name in found:
             found[name] = json.loads(found[name])
     if "fitted" in found:

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Mapping, Sequence
-from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from gelcone import dataset
 from gelcone.analyses.ask import read_options
 from gelcone.analyses.request import Subject
 from gelcone.analyses.uncertain import read_drawn, read_uncertain
 from gelcone.atlas.uncertain import Method, draw
+from gelcone.devices.reading import MOST_COLUMNS, read_table
 from gelcone.errors import InputError
-from gelcone.files import read_text
 from gelcone.quantity import Array
 from gelcone.register.analysis import Analysis
 
@@ -25,7 +21,6 @@ if TYPE_CHECKING:
 
 TABLES = (".csv", ".nc")
 MOST_DRAWS = 100_000
-MOST_PARAMETERS = 64
 FORM = "a header of names, such as film_thickness [mm],shear_modulus [kPa], and a row of numbers a draw"
 
 
@@ -78,34 +73,14 @@ Columns = dict[str, tuple[Array, str]]
 
 
 def _of_csv(path: Path) -> Columns:
-    """The columns of a CSV file, whose header names may carry a unit in brackets."""
-    rows = [row for row in csv.reader(StringIO(read_text(path, f"give a table with {FORM}"))) if row]
-    if len(rows) < 3 or len(rows) > MOST_DRAWS + 1 or len(rows[0]) > MOST_PARAMETERS:
-        raise InputError(
-            f"{path}: has {max(len(rows) - 1, 0)} draws of {len(rows[0]) if rows else 0} parameters; give 2 to "
-            f"{MOST_DRAWS} of up to {MOST_PARAMETERS}: {FORM}"
-        )
-    names = [_named(path, title) for title in rows[0]]
-    if len(dict(names)) < len(names):
-        raise InputError(f"{path}: its header has a name twice; leave one out")
-    numbers = np.array([_numbers(path, k, row, len(names)) for k, row in enumerate(rows[1:], start=2)])
-    return {name: (numbers[:, k], unit) for k, (name, unit) in enumerate(names)}
-
-
-def _named(path: Path, title: str) -> tuple[str, str]:
-    name, bracket, unit = title.strip().translate(str.maketrans("()", "[]")).partition("[")
-    if bracket and not unit.endswith("]"):
-        raise InputError(f"{path}: {title.strip()!r} has a bracket that is not closed; give {FORM}")
-    return name.strip(), unit.removesuffix("]").strip()
-
-
-def _numbers(path: Path, line: int, row: list[str], count: int) -> list[float]:
-    if len(row) != count:
-        raise InputError(f"{path}, line {line}: has {len(row)} values for {count} names; give {FORM}")
-    try:
-        return [float(value) for value in row]
-    except ValueError as error:
-        raise InputError(f"{path}, line {line}: {error}; give numbers with a decimal point") from None
+    """The columns of a CSV file."""
+    table = read_table(path)
+    if not 2 <= len(table.lines) <= MOST_DRAWS:
+        raise InputError(f"{path}: has {len(table.lines)} draws; give 2 to {MOST_DRAWS}: {FORM}")
+    own = table.columns.items()
+    found = {name: (table.numbers(name, "a draw", whole=True), column.unit or "") for name, column in own}
+    table.warn()
+    return found
 
 
 def _of_netcdf(path: Path) -> Columns:
@@ -115,7 +90,7 @@ def _of_netcdf(path: Path) -> Columns:
         sizes = ", ".join(f"{dim} {size}" for dim, size in table.sizes.items()) or "no dimension"
         raise InputError(f"{path}: has {sizes}; give variables over one dimension of 2 to {MOST_DRAWS} draws")
     columns = {str(name): values for name, values in table.data_vars.items() if values.dtype.kind in "fiu"}
-    if not columns or len(columns) > MOST_PARAMETERS:
-        raise InputError(f"{path}: has {len(columns)} variables of numbers; give 1 to {MOST_PARAMETERS}")
+    if not columns or len(columns) > MOST_COLUMNS:
+        raise InputError(f"{path}: has {len(columns)} variables of numbers; give 1 to {MOST_COLUMNS}")
     units = {name: str(values.attrs.get("units", "")) for name, values in columns.items()}
     return {name: (values.values.astype(float), units[name]) for name, values in columns.items()}

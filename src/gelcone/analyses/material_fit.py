@@ -29,7 +29,9 @@ def fit_words(result: xr.Dataset) -> str:
     at = f" at {attrs['temperature'] - 273.15:.3g} degC" if np.isfinite(attrs["temperature"]) else ""
     lines = [f"{attrs['title'].partition(': ')[2]}: {rule}", f"  fitted to {used.count('fit')} tests{at}"]
     lines += [f"  {line}" for line in _parameter_lines(result, gel)]
-    return "\n".join([*lines, *_quality_lines(result), *_compared_lines(result), *_test_lines(result), *_notes(result)])
+    return "\n".join(
+        [*lines, *_quality_lines(result), *_compared_lines(result), *_test_lines(result), *note_lines(result)]
+    )
 
 
 def fit_json(result: xr.Dataset) -> dict[str, Any]:
@@ -95,7 +97,7 @@ def _test_lines(result: xr.Dataset) -> list[str]:
     return [*lines, *([f"  and {more} more (all with --json or --out)"] if more > 0 else [])]
 
 
-def _notes(result: xr.Dataset) -> list[str]:
+def note_lines(result: xr.Dataset) -> list[str]:
     """List the assumptions made about the files, each once, with the files or tests that it concerns."""
-    lines = [f"  {', '.join(where)}: {note}" for note, where in json.loads(result.attrs["reading"])]
+    lines = [f"  {', '.join(where)}: {note}" for note, where in json.loads(result.attrs.get("reading", "[]"))]
     return ["read as:", *lines] if lines else []

@@ -75,7 +75,7 @@ def drive_parameters() -> list[click.Parameter]:
             ["--drive", "recording"],
             type=PLACE,
             metavar="CSV",
-            help='Drive it by a recorded voltage: a CSV file that begins with the line "time (s), voltage (V)".',
+            help='Drive it by a recorded voltage: a table (CSV, .mat, .h5) with the header "time (s), voltage (V)".',
         ),
         click.Option(["--drive-scale"], type=float, metavar="FACTOR", help="Factor of its voltages. Default 1."),
         click.Option(["--drive-repeat"], is_flag=True, default=None, help="Begin it again where it ends."),

@@ -1,9 +1,8 @@
-"""Recorded drives: a CSV file of times and voltages becomes the waveform of a device or a model."""
+"""Recorded drives: a table of times and voltages becomes the waveform of a device or a model."""
 
 from __future__ import annotations
 
 import math
-import re
 from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
@@ -11,19 +10,17 @@ from typing import TypeVar
 import numpy as np
 
 from gelcone.devices.device import Device
-from gelcone.devices.units import DIMENSIONS
+from gelcone.devices.reading import TIME, VOLTAGE, Table, plain_unit, read_table
 from gelcone.errors import InputError, check_path
-from gelcone.files import read_text
 from gelcone.physics.model import ConeModel
 from gelcone.physics.waveforms import MOST_PIECES, Samples
 from gelcone.quantity import Array
 
-REMEDY = 'give a CSV file whose first line is "time (s), voltage (V)"'
-COLUMNS = {"time": "s", "voltage": "V"}
+REMEDY = 'give a table whose header is "time (s), voltage (V)"'
+COLUMNS = {"time": (TIME, "s"), "voltage": (VOLTAGE, "V")}
+"""Columns of a recording: names by which they are recognised, and SI unit."""
 WITHIN = 1e-4
 """Largest distance, over the peak, of left-out samples from the straight lines between the others."""
-MOST_ROWS = 1_000_000
-_COLUMN = re.compile(r"(time|voltage)(?:\s*[(\[/]\s*([^)\]]*?)\s*[)\]]?)?")
 Driven = TypeVar("Driven", Device, ConeModel)
 
 
@@ -36,7 +33,7 @@ def recorded(
     interpolation: str = "linear",
     jump: bool = False,
 ) -> Driven:
-    """Return a device, or a model, that is driven by the voltages of a CSV file.
+    """Return a device, or a model, that is driven by the voltages of a measured table.
 
     The amplitude of the returned drive is the file's largest voltage, and its frequency one over the file's duration,
     so that other values stretch the drive.
@@ -44,7 +41,8 @@ def recorded(
     Parameters
     ----------
     model : a device, or a model; the file of a model holds dimensionless times and voltages without units.
-    path : a CSV file: the columns ``time`` and ``voltage`` with their units, as in ``time (ms), voltage (kV)``.
+    path : a table (CSV, MATLAB, HDF5): the columns ``time`` and ``voltage`` with their units, as in
+        ``time (ms), voltage (kV)``. What is interpreted, such as decimal commas, is stated in a warning.
     scale : factor of all voltages, such as an amplifier's gain. Default 1.
     repeat : whether the drive repeats. Default no: the last voltage is held.
     interpolation : "linear" (default; samples within 1e-4 of the peak of the straight line between others are left out)
@@ -98,72 +96,40 @@ def recorded(
 
 
 def read_recording(path: str | Path, units: bool) -> tuple[Array, Array]:
-    """Read times, which start at 0, and voltages of a CSV file, in s and V with ``units``, else dimensionless.
+    """Read times, which start at 0, and voltages of a table, in s and V with ``units``, else dimensionless.
 
     Raises `InputError` with the file and the line.
     """
-    lines = read_text(Path(path), REMEDY).splitlines()
-    rows = [(number, line) for number, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
-    if not rows:
-        raise InputError(f"{path}: is empty; {REMEDY}")
-    if len(rows) > MOST_ROWS:
-        raise InputError(f"{path}: has {len(rows)} lines, of which {MOST_ROWS} are read; record fewer samples")
-    places, powers = _header(path, *rows[0], units)
-    found, columns = np.empty((len(rows) - 1, 2)), len(rows[0][1].split(","))
-    for k, (number, line) in enumerate(rows[1:]):
-        cells = line.split(",")
-        if len(cells) != columns:
-            raise InputError(
-                f"{path}, line {number}: has {len(cells)} values, the first line {columns}; separate them by commas, "
-                "and write decimals with a point"
-            )
-        for column, place in enumerate(places):
-            found[k, column] = _number(path, number, cells[place])
-    if len(found) < 2:
-        raise InputError(f"{path}: has {len(found)} samples; a drive needs at least 2")
-    times, voltages = found[:, 0] * 10.0 ** powers[0], found[:, 1] * 10.0 ** powers[1]
+    table = read_table(Path(path))
+    times, voltages = (_column(table, role, units) for role in COLUMNS)
+    if times.size < 2:
+        raise InputError(f"{table.file}: has {times.size} samples; a drive needs at least 2")
     if (wrong := np.flatnonzero(~(np.diff(times) > 0.0))).size:
         at = int(wrong[0]) + 1
-        before, after = found[at - 1 : at + 1, 0]
+        before, after = times[at - 1 : at + 1]
         word = "repeats" if after == before else "goes back from"
-        raise InputError(f"{path}, line {rows[at + 1][0]}: the time {after:g} {word} {before:g}; times must increase")
+        in_s = " s" if units else ""
+        raise InputError(
+            f"{table.file}, line {table.lines[at]}: the time {after:g}{in_s} {word} {before:g}{in_s}; times must "
+            "increase"
+        )
+    table.warn()
     return times - times[0], voltages
 
 
-def _header(path: str | Path, number: int, line: str, units: bool) -> tuple[list[int], list[int]]:
-    """Read the header: the indices of the columns of time and voltage, and the powers of ten of their units."""
-    raw = [cell.strip().strip('"') for cell in line.split(",")]
-    heads = [cell.lower() for cell in raw]
-    if set(line) & set(";\t"):
-        raise InputError(f"{path}, line {number}: separate the columns by commas; {REMEDY}")
-    places, powers = [], []
-    for name, unit in COLUMNS.items():
-        at = [k for k, head in enumerate(heads) if head == name or re.match(rf"{name}\s*[(\[/]", head)]
-        if len(at) != 1:
-            found = "no column" if not at else f"{len(at)} columns"
-            raise InputError(f"{path}, line {number}: has {found} {name!r}; {REMEDY}")
-        match = _COLUMN.fullmatch(name + raw[at[0]][len(name) :])
-        given = (match.group(2) or "") if match else "?"
-        known = DIMENSIONS[unit].powers if units else {"": 0, "1": 0}
-        if given not in known:
-            takes = f"give one of {', '.join(one for one in known if one.isascii())}" if units else "give a device"
-            shown = f"the unit {given!r}" if given else "no unit"
-            raise InputError(f"{path}, line {number}: the column {name!r} has {shown}; {takes}")
-        places.append(at[0])
-        powers.append(known[given])
-    return places, powers
-
-
-def _number(path: str | Path, line: int, text: str) -> float:
-    try:
-        value = float(text) if text.isascii() and "_" not in text else math.nan
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value) or abs(value) > 1e20:
-        shown = text.strip()[:30]
-        what = f"{shown!r} is not a finite number" if shown else "a value is missing"
-        raise InputError(f"{path}, line {line}: {what}; give one on each line, decimals with a point")
-    return value
+def _column(table: Table, role: str, units: bool) -> Array:
+    """The times or the voltages of a recording."""
+    names, unit = COLUMNS[role]
+    name = table.find(names)
+    if name is None:
+        raise InputError(f"{table.header}: has no column {role!r}; {REMEDY}")
+    given = table.columns[name].unit
+    if units and given is None:
+        raise InputError(table.without_unit(name, unit))
+    if not units and plain_unit(given or ""):
+        raise InputError(f"{table.header}: column {name!r} is in {given}, and a model has no units; give a device")
+    size = table.size_of(name, given or "", unit) if units else 1.0
+    return table.numbers(name, role, whole=True) * size
 
 
 def needed(times: Array, values: Array) -> list[int]:

@@ -88,8 +88,8 @@ INSTRUMENTS = ("load cell", "laser", "capacitance meter", "ammeter", AMPLIFIER)
 class DeviceTest:
     """A test on a device, compared by identity.
 
-    Attributes: the ``kind``, a key of `KINDS`; the numbers ``set`` and ``read``, (n,) each, in SI; and the standard
-    deviation of the ``noise`` of every reading, (n,) each.
+    Attributes: the ``kind``, a key of `KINDS`; the numbers ``set`` and ``read``, (n,) each, in SI; the standard
+    deviation of the ``noise`` of every reading, (n,) each; and ``notes`` about interpretations of its file.
     """
 
     name: str
@@ -97,6 +97,7 @@ class DeviceTest:
     set: Mapping[str, Array]
     read: Mapping[str, Array]
     noise: Mapping[str, Array]
+    notes: tuple[str, ...] = ()
 
     @property
     def values(self) -> Array:
@@ -214,7 +215,7 @@ class Variants:
             "frequency response": (self.response, {"key": test}),
             "stroke over load": (self.loaded_stroke, {"key": test}),
             "capacitance": (self.capacitance, {}),
-            "ring-down": (self.ring_down, {}),
+            "ring-down": (self.ring_down, {"rows": test.values.size // 2}),
             "series": (self.series, {"names": tuple(test.read)}),
         }
         method, options = methods[test.kind]
@@ -273,15 +274,15 @@ class Variants:
             found = sum(film.capacitance(x, self.on_films(x, squared)[0], [], self.n) for film in films)
         return np.asarray(found) * self.scale("capacitance") * self.gains["capacitance meter"]
 
-    def ring_down(self) -> Array:
-        """Frequency and decay rate of small motions about the rest."""
+    def ring_down(self, rows: int = 1) -> Array:
+        """Frequency and decay rate of small motions about the rest, both as often as they were read."""
         rate = 2.0 * np.pi * self.scale("frequency")
         if self.members.system.planar:
             with np.errstate(invalid="ignore"):
                 swing, decay = np.sqrt(self.force(self.rest, 0.0)[1] - self.damping**2), self.damping
         else:
             swing, decay = (own[:, None] for own in small_motion(self.members, self.rest[:, 0]))
-        return np.concatenate([rate * swing / (2.0 * np.pi), rate * decay], axis=1)
+        return np.repeat(np.concatenate([rate * swing / (2.0 * np.pi), rate * decay], axis=1), rows, axis=1)
 
     def response(self, voltage_offset: Array, voltage_amplitude: Array, frequency: Array, key: Any = None) -> Array:
         """The in-phase and quadrature parts of the settled motion, by one-harmonic balance; the states are stored under

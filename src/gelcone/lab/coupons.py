@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from gelcone.devices.units import DIMENSIONS, format_si
+from gelcone.devices.reading import TIME, Column, Table, plain_unit, spelt_plainly
+from gelcone.devices.units import format_si
 from gelcone.errors import InputError
-from gelcone.lab.reading import Column, Table, spelt_plainly
 from gelcone.quantity import Array
 
 MODES = ("uniaxial", "equi-biaxial", "pure shear")
@@ -45,7 +45,7 @@ ROLES: Mapping[str, tuple[str, ...]] = {
     "stress": ("stress", "nominal stress", "engineering stress"),
     "force": ("force", "f", "load"),
     "extension": ("extension", "elongation"),
-    "time": ("time", "t"),
+    "time": TIME,
     "frequency": ("freq", "frequency"),
     "permittivity": ("dielec", "permittivity", "relative permittivity", "dielectric constant", "eps r", "epsilon r"),
 }
@@ -54,7 +54,6 @@ _SI = {
     "voltage": "V", "stress": "Pa", "force": "N", "extension": "m", "time": "s", "frequency": "Hz", "rate": "1/s",
 }  # fmt: skip
 """Role -> SI unit."""
-_SPELT = {"sec": "s", "min": "min", "h": "h", "mm/mm": "", "-": "", "1": "", "none": ""}
 _OWN: Mapping[str, tuple[Mapping[str, float], str]] = {
     "rate": (
         {"1/s": 1.0, "s-1": 1.0, "s^-1": 1.0, "/s": 1.0, "%/s": 1e-2, "1/min": 1 / 60.0},
@@ -146,34 +145,25 @@ def roles_of(table: Table, named: Mapping[str, str]) -> dict[str, tuple[Column, 
 
 def in_si(table: Table, role: str, column: Column, unit: str | None, notes: list[str]) -> Array:
     """Convert a column to SI units; `InputError` for words, and for a unit that is missing or of another quantity."""
-    if column.values is None:
-        raise InputError(f"{table.file}: column {column.name!r} holds words, and {role} is a number; rename the column")
-    own = None if unit is None else _SPELT.get(unit.strip().lower(), unit.strip())
+    values = table.numbers(column.name, role)
     if role == "temperature":
-        return _kelvin(table, column, own, notes)
-    if own is None:
-        own = _assumed_unit(table, role, column.name, column.values, notes)
-    where = table.file
-    if role in _OWN:
-        factors, refusal = _OWN[role]
-    else:
-        of, where = DIMENSIONS[_SI[role]], f"{table.file}, line 1"
-        factors = {**{name: 10.0**power for name, power in of.powers.items()}, **of.factors}
-        known = ", ".join(name for name in of.powers if name.isascii())
-        refusal = f"{{!r}} is not a unit of {of.name}; write one of {known}"
-    if own not in factors:
-        raise InputError(f"{where}: column {column.name!r}: {refusal.format(unit)}")
-    return column.values * factors[own]
+        return _kelvin(table, column.name, values, unit, notes)
+    if unit is None:
+        unit = _assumed_unit(table, role, column.name, values, notes)
+    if role not in _OWN:
+        return values * table.size_of(column.name, unit, _SI[role])
+    factors, refusal = _OWN[role]
+    if plain_unit(unit) not in factors:
+        raise InputError(f"{table.file}: column {column.name!r}: {refusal.format(unit)}")
+    return values * factors[plain_unit(unit)]
 
 
-def _kelvin(table: Table, column: Column, unit: str | None, notes: list[str]) -> Array:
-    assert column.values is not None
-    values = column.values
+def _kelvin(table: Table, name: str, values: Array, unit: str | None, notes: list[str]) -> Array:
     if unit is None:
         unit = "K" if np.nanmedian(values) > 150.0 else "degC"
-        notes.append(f"column {column.name!r} has no unit: taken as {unit}")
+        notes.append(f"column {name!r} has no unit: taken as {unit}")
     if unit not in ("K", "degC", "\N{DEGREE SIGN}C", "C", "celsius"):
-        raise InputError(f"{table.file}: column {column.name!r}: {unit!r} is not K or degC; write one of them")
+        raise InputError(f"{table.file}: column {name!r}: {unit!r} is not K or degC; write one of them")
     return values if unit == "K" else values + 273.15
 
 
@@ -192,10 +182,8 @@ SHORT = {"N": "mN", "m": "mm"}
 
 def without_unit(table: Table, role: str, name: str, unit: str) -> InputError:
     """Make the error for a column without a unit."""
-    return InputError(
-        f'{table.file}, line 1: column "{name}" has no unit; write "{name} ({unit})", or name it in '
-        f'tests.toml: {role} = "{name}, {SHORT.get(unit, unit)}"'
-    )
+    named = f'{role} = "{name}, {SHORT.get(unit, unit)}"'
+    return InputError(f"{table.without_unit(name, unit)}, or name it in tests.toml: {named}")
 
 
 def _assumed_unit(table: Table, role: str, name: str, values: Array, notes: list[str]) -> str:

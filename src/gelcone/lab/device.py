@@ -29,6 +29,7 @@ from gelcone.lab.device_fit import (
     profiled,
 )
 from gelcone.lab.device_tests import DeviceTests
+from gelcone.lab.measured import notes_of
 from gelcone.lab.predictions import predictions_of, read_predictions
 from gelcone.physics.records import FILMS
 from gelcone.quantity import Array
@@ -328,6 +329,7 @@ def _about(problem: Problem) -> dict[str, Any]:
     return {
         "tests": json.dumps([test.name for test in problem.tests]),
         "readings": int(problem.values.size),
+        "reading": json.dumps(notes_of((test.name, test.name, test.notes) for test in problem.tests)),
         "gelcone_version": __version__,
     }
 

@@ -9,12 +9,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gelcone.devices.units import DIMENSIONS, FieldError, parse, parse_share
+from gelcone.devices.reading import TIME, VOLTAGE, Table, read_table
+from gelcone.devices.units import FieldError, parse, parse_share
 from gelcone.errors import InputError, check_name, check_names, check_path
 from gelcone.lab.bench import INSTRUMENTS, KINDS, DeviceTest, rows_read
 from gelcone.lab.coupons import SHORT, refuse_kilovolts, without_unit
 from gelcone.lab.measured import listed_tables, place_of
-from gelcone.lab.reading import Table, read_table, spelt_plainly
 from gelcone.physics.waveforms import MOST_PIECES
 from gelcone.quantity import Array
 
@@ -22,7 +22,7 @@ GAINS: Mapping[str, float] = dict.fromkeys(INSTRUMENTS, 0.01) | {"load cell": 0.
 """Default standard deviation of the gain of each instrument."""
 _NEAR = {
     "height": ("height", "h", "position", "z"),
-    "voltage": ("voltage", "u", "v", "hv"),
+    "voltage": VOLTAGE,
     "force": ("force", "f", "load"),
     "stroke": ("stroke", "displacement", "d"),
     "load": ("load", "weight", "force"),
@@ -33,7 +33,7 @@ _NEAR = {
     "amplitude": ("amplitude", "amp", "magnitude"),
     "phase": ("phase",),
     "decay": ("decay",),
-    "time": ("time", "t"),
+    "time": TIME,
     "current": ("current", "i"),
     "voltage_offset": ("offset", "voltage offset"),
     "voltage_amplitude": ("voltage amplitude",),
@@ -172,7 +172,8 @@ def _assembled(where: str, kind: str, numbers: dict[str, Array], noise: Any, tab
         name += f", {missing.size} of {rows} rows" * (missing.size < rows)
     read = {one: numbers.get(one, missing) for one in wanted}
     deviation = {one: np.full(missing.size, _noise(where, one, own.read[one].unit, noise)) for one in wanted}
-    return DeviceTest(f"{kind}, {name}", kind, {one: numbers[one] for one in own.set}, read, deviation)
+    notes = table.notes if table else ()
+    return DeviceTest(f"{kind}, {name}", kind, {one: numbers[one] for one in own.set}, read, deviation, notes)
 
 
 def _check_times(where: str, times: Array) -> None:
@@ -230,29 +231,24 @@ def _column(where: str, name: str, unit: str, given: str | None, table: Table) -
     own, stated = _named(where, name, given, table)
     if own is None:
         return None
-    column = table.columns[own]
-    if column.values is None or not np.isfinite(column.values).all():
-        raise InputError(f"{table.file}: column {own!r} has cells without numbers; complete or leave out their rows")
+    values = table.numbers(own, name, whole=True)
     written = table.unit_of(own, stated)
     if written is None:
         if unit == "V":
-            refuse_kilovolts(table, column.values)
+            refuse_kilovolts(table, values)
         raise without_unit(table, name, own, unit)
-    powers = {unit: 0} if unit in _OWN_UNITS else DIMENSIONS[unit].powers
-    if written not in powers:
-        raise InputError(
-            f"{table.file}, line 1: column {own!r}: {written!r} is not a unit of {name}; write it in {unit}"
-        )
+    if unit in _OWN_UNITS and written != unit:
+        raise InputError(f"{table.header}: column {own!r}: {written!r} is not a unit of {name}; write it in {unit}")
+    size = 1.0 if unit in _OWN_UNITS else table.size_of(own, written, unit)
     sign = -1.0 if given is not None and given.startswith("-") else 1.0
-    return np.asarray(sign * column.values * 10.0 ** powers[written])
+    return np.asarray(sign * values * size)
 
 
 def _named(where: str, name: str, given: Any, table: Table) -> tuple[str | None, str | None]:
     """The name of a column, and the unit that the list states; None if the list holds numbers, or no column is
     found."""
     if given is None:
-        spelt = {spelt_plainly(own): own for own in table.columns}
-        return next((spelt[near] for near in _NEAR[name] if near in spelt), None), None
+        return table.find(_NEAR[name]), None
     if not isinstance(given, str) or _NUMBER.match(given):
         return None, None
     given = given.removeprefix("-")

@@ -31,7 +31,7 @@ from gelcone.lab.material_fit import (
     errors_of,
     largest,
 )
-from gelcone.lab.measured import Measured
+from gelcone.lab.measured import Measured, notes_of
 from gelcone.lab.stress import stress_of
 from gelcone.physics.film.branches import FLOWS, MOST_BRANCHES
 from gelcone.physics.laws import LAWS
@@ -129,6 +129,8 @@ def fit_material(
     predicted = [stress_of(test, gel) if _predictable(test) else np.full(len(test.stress), np.nan) for test in coupons]
     result = _result(coupons, np.concatenate(predicted), data, compared, key, spread, band)
     counted.finish()
+    read = [(one.file, one.name, one.notes) for one in coupons]
+    read += [(one.file, one.name, one.notes) for one in tests.spectra]
     options = {"laws": chosen_laws, "branches": counts, "flow": flow, "draws": draws, "seed": seed}
     return result.assign_attrs(
         title=f"{TITLE}: {gel.name}",
@@ -136,7 +138,7 @@ def fit_material(
         files=json.dumps(list(tests.files)),
         temperature=temperature,
         permittivity_note=permittivity[1],
-        reading=json.dumps(_reading([*coupons, *tests.spectra])),
+        reading=json.dumps(notes_of(read)),
         options=json.dumps(options),
         gelcone_version=__version__,
     )
@@ -430,20 +432,6 @@ def _intervals(values: Array, drawn: Array) -> tuple[Array, Array]:
     half = 0.5 * Z * np.ptp(np.quantile(own, CENTRAL, axis=0), axis=0)
     low, high = (np.where(positive, values * np.exp(end), values + end) for end in (-half, half))
     return low, high
-
-
-def _reading(read: Sequence[Coupon | Spectrum]) -> list[tuple[str, list[str]]]:
-    """Each note once, with the files that it applies to, or the tests if it does not apply to all of a file."""
-    files: dict[str, list[str]] = {}
-    about: dict[str, dict[str, list[str]]] = {}
-    for one in read:
-        files.setdefault(one.file, []).append(one.name)
-        for note in one.notes:
-            about.setdefault(note, {}).setdefault(one.file, []).append(one.name)
-    return [
-        (note, [name for file, own in where.items() for name in ([file] if own == files[file] else own)])
-        for note, where in about.items()
-    ]
 
 
 def known_fields_of(path: Path, content: Mapping[str, Any]) -> dict[str, Any]:

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Any
 
+from gelcone.devices.reading import read_table
 from gelcone.devices.units import FieldError, parse
 from gelcone.errors import InputError, check_name, check_names
 from gelcone.files import read_text, read_toml
 from gelcone.lab.coupons import KINDS, MODES, ROLES, USES, WIDTHS, Coupon, Spectrum, coupons_of, spectra_of
-from gelcone.lab.reading import read_table
 
 MOST_FILES = 200
 REMEDY = 'give a list of tests: a table [[test]] for each file, with file = "tension.csv"'
@@ -177,3 +177,20 @@ def _only(file: str, tests: list[Coupon], ids: list[str] | None) -> list[Coupon]
     own = {test.name.removeprefix(f"{file.rsplit('.', 1)[0]} "): test for test in tests}
     check_names("test of the file", ids, own, where=f"{file}: ")
     return [own[one] for one in ids]
+
+
+def notes_of(read: Iterable[tuple[str, str, Sequence[str]]]) -> list[tuple[str, list[str]]]:
+    """Each note once, with the files that it applies to, or the tests if it does not apply to all of a file.
+
+    ``read`` holds the file, the name and the notes of each test.
+    """
+    files: dict[str, list[str]] = {}
+    about: dict[str, dict[str, list[str]]] = {}
+    for file, name, notes in read:
+        files.setdefault(file, []).append(name)
+        for note in notes:
+            about.setdefault(note, {}).setdefault(file, []).append(name)
+    return [
+        (note, [name for file, own in where.items() for name in ([file] if own == files[file] else own)])
+        for note, where in about.items()
+    ]

@@ -9,11 +9,11 @@ import netCDF4
 import numpy as np
 import pytest
 
+from gelcone.devices import binary, hdf5
+from gelcone.devices.hdf5 import UNDEFINED, _dense, _hard_link
+from gelcone.devices.reading import read_table
 from gelcone.errors import InputError
-from gelcone.lab import binary, hdf5
-from gelcone.lab.hdf5 import UNDEFINED, _dense, _hard_link
-from gelcone.lab.reading import read_table
-from tests.lab.hdf5_files import PACKED, unpacked
+from tests.devices.hdf5_files import PACKED, unpacked
 
 VOLTS, FORCES = np.array([0.5, 1.0, 1.5, 2.0, 2.5]), np.array([1.0, 2.0, 4.0, 8.0, 16.0])
 
@@ -185,7 +185,7 @@ def test_a_damaged_file_is_read_or_refused_in_one_line(name, stored):
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             try:
-                read = [values.size for values, _ in binary.read_vectors(path, "").values()]
+                read = [values.size for values, _ in binary.read_vectors(path, path.name, "").values()]
             except InputError as error:
                 read = []
                 refused.append(str(error))

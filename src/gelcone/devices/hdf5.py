@@ -23,7 +23,7 @@ MOST_VALUES, MOST_NAMES, MOST_PARTS = 2_000_000, 64, 20_000
 DEEPEST = 16
 UNDEFINED = 2**64 - 1
 UNPACKED = 64
-"""Most bytes that all chunks unpack to, over `MOST_VALUES`."""
+"""Most bytes that the parts of a file unpack to, over `MOST_VALUES`."""
 SPACE, TYPE, OLD_FILL, FILL, LINK_INFO, LINK, EXTERNAL, LAYOUT, FILTERS, ATTRIBUTE, MORE, TABLE = (
     1, 3, 4, 5, 2, 6, 7, 8, 11, 12, 16, 17,
 )  # fmt: skip
@@ -74,6 +74,11 @@ def gathered(vectors: Iterable[tuple[str, Vector | None]]) -> dict[str, Vector]:
 def too_many() -> InputError:
     """Make the error for a file with too many vectors or values."""
     return InputError(f"has more than {MOST_NAMES} vectors, or more than {MOST_VALUES:.3g} values")
+
+
+def too_much() -> InputError:
+    """Make the error for a file that unpacks to too many bytes."""
+    return InputError(f"unpacks to more than {UNPACKED * MOST_VALUES:.3g} bytes; store columns alone")
 
 
 @dataclass
@@ -291,7 +296,7 @@ class File:
                 skipped = int.from_bytes(key[4:8], "little")
                 self.unpacked += whole
                 if self.unpacked > UNPACKED * MOST_VALUES:
-                    raise InputError(f"unpacks to more than {UNPACKED * MOST_VALUES:.3g} bytes; store columns alone")
+                    raise too_much()
                 chunk = _unpacked(packed, filters, skipped, width, whole)
                 # of a vector one side of a chunk lies along it, and the others begin with its only row
                 values = np.frombuffer(chunk, f"V{width}").reshape(sides[:-1])

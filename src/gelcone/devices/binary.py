@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
+from gelcone.devices.hdf5 import MOST_VALUES, SIGNATURE, UNPACKED, Vector, gathered, too_much, vectors_of
 from gelcone.devices.units import DIMENSIONS
 from gelcone.errors import InputError
 from gelcone.files import read_data
-from gelcone.lab.hdf5 import MOST_VALUES, SIGNATURE, Vector, gathered, vectors_of
 from gelcone.quantity import Array
 
 MATRIX, COMPRESSED, COMPLEX = 14, 15, 0x0800
@@ -23,8 +23,8 @@ STORED = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8"
 UNITS = {unit for dimension in DIMENSIONS.values() for unit in dimension.powers if unit}
 
 
-def read_vectors(path: Path, remedy: str) -> dict[str, tuple[Array, str | None]]:
-    """Read the vectors of a MATLAB or HDF5 file: name -> values, and the unit.
+def read_vectors(path: Path, file: str, remedy: str) -> dict[str, tuple[Array, str | None]]:
+    """Read the vectors of a MATLAB or HDF5 file, called ``file`` in messages: name -> values, and the unit.
 
     The unit is that of an attribute ``units``, or the text after the last underscore of a name if that is a unit, as in
     ``stress_kPa``. Other data than vectors of numbers are left out; of HDF5 files the datasets of the root are read.
@@ -37,16 +37,19 @@ def read_vectors(path: Path, remedy: str) -> dict[str, tuple[Array, str | None]]
     try:
         found = vectors_of(data) if SIGNATURE in data[:2056] else gathered(_matlab(data))
     except InputError as error:
-        raise InputError(f"{path.name}: {error}") from None
+        raise InputError(f"{file}: {error}") from None
     except (ValueError, IndexError, struct.error, zlib.error):
-        raise InputError(f"{path.name}: is damaged, or no MATLAB or HDF5 file; export it again, or as CSV") from None
+        raise InputError(f"{file}: is damaged, or no MATLAB or HDF5 file; export it again, or as CSV") from None
     if not found:
-        raise InputError(f"{path.name}: has no vectors of numbers; store each column as a vector")
+        raise InputError(f"{file}: has no vectors of numbers; store each column as a vector")
     lengths = {name: vector.values.size for name, vector in found.items()}
     if len(set(lengths.values())) > 1:
         shown = ", ".join(f"{name} {size}" for name, size in list(lengths.items())[:4])
-        raise InputError(f"{path.name}: its vectors have several lengths ({shown}); store one test in a file")
-    return dict(_unit_of(name, *vector) for name, vector in found.items())
+        raise InputError(f"{file}: its vectors have several lengths ({shown}); store one test in a file")
+    columns = dict(_unit_of(name, *vector) for name, vector in found.items())
+    if len(columns) < len(found):
+        raise InputError(f"{file}: has two columns of one name with different units; leave one out or rename it")
+    return columns
 
 
 def _unit_of(name: str, values: Array, unit: str) -> tuple[str, tuple[Array, str | None]]:
@@ -64,9 +67,13 @@ def _matlab(data: bytes) -> Iterator[tuple[str, Vector | None]]:
     order = {b"IM": "<", b"MI": ">"}.get(data[126:128])
     if order is None:
         raise ValueError("no MATLAB 5 file")
+    total = 0
     for kind, body in _elements(data[128:], order):
         if kind == COMPRESSED:
             unpacked = zlib.decompressobj().decompress(body, 8 * MOST_VALUES + 4096)
+            total += len(unpacked)
+            if total > UNPACKED * MOST_VALUES:
+                raise too_much()
             (kind, body), *_ = _elements(unpacked, order)
         if kind == MATRIX:
             yield _vector(body, order)

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
+from gelcone.devices import binary, hdf5
+from gelcone.devices.reading import read_table
 from gelcone.errors import InputError
-from gelcone.lab import binary, hdf5
-from gelcone.lab.reading import read_table
 
 VOLTS, STROKE = np.array([500.0, 1000.0, 1500.0]), np.array([0.1, 0.5, 1.3])
 
