@@ -1,10 +1,12 @@
 """A ring of gel: its tensions and tangent stiffness are slopes of one energy, which wrinkles make least."""
 
+import mpmath
 import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
-from gelcone.membrane.gel import ENOUGH, Gel, root
+from gelcone.membrane.gel import ENOUGH, Gel, crumpling, root
+from gelcone.physics.film.wrinkling import WrinklingCone
 from gelcone.physics.laws import LAWS
 
 NUMBERS = {"gent": {"stretch_limit": 20.0}, "neo-hookean": {}, "yeoh": {"yeoh_c2": 0.05, "yeoh_c3": 0.002}}
@@ -104,6 +106,41 @@ def test_the_crumpling_voltage_leaves_a_film_stretched_alike_without_stress(law)
     if gel.hump() < 10.0:
         beyond = np.array([1.01, 3.0]) * float(gel.crumpling(gel.hump())) / gel.G
         np.testing.assert_array_equal(gel.natural_stretch(beyond), gel.hump())
+
+
+@pytest.mark.parametrize("limit", [3.0, 8.0, 50.0])
+def test_no_voltage_crumples_a_film_at_its_limit(limit):
+    """2 t + t^-2 - 3 = J: just before, the voltage is beyond all others, and there it is infinite."""
+    law = LAWS["gent"]
+    n = law.numbers({"stretch_limit": limit})
+    t = np.roots([2.0, -(limit + 3.0), 0.0, 1.0]).real.max()
+    before, there = crumpling(law, np.array([t * (1.0 - 1e-7), t * (1.0 + 1e-12)]), n)
+    assert 1e5 < before < np.inf
+    assert there == np.inf
+    assert float(crumpling(law, 0.9 * t, n)) < 10.0
+
+
+@pytest.mark.parametrize("law", NUMBERS)
+def test_the_crumpling_voltage_has_no_error_but_rounding(law):
+    """Against 40 digits of the stress R (t - t^-2) of the law's own energy over the squared area ratio t^2."""
+    numbers, t = gel_of(law).numbers, 1.0 + np.geomspace(1e-9, 5.0, 60)
+    found = crumpling(LAWS[law], t, numbers)
+    with mpmath.workdps(60):
+        n = {name: mpmath.mpf(float(value)) for name, value in numbers.items()}
+        for value, at in zip(found.tolist(), map(mpmath.mpf, t.tolist()), strict=True):
+            response = 2 * mpmath.diff(lambda strain: LAWS[law].energy(strain, n, mpmath), 2 * at + at**-2 - 3)
+            exact = response * (at - at**-2) / at**2
+            assert abs(value / exact - 1) < 8e-16 / min(at - 1, 1)
+
+
+@pytest.mark.parametrize("law", NUMBERS)
+def test_the_film_that_wrinkles_crumples_at_the_voltage_of_its_gel_bit_for_bit(law):
+    film, gel = WrinklingCone(law=LAWS[law]), gel_of(law)
+    n = film.numbers(
+        film.complete({**NUMBERS[law], "meridional_prestretch": gel.A**0.5, "hoop_prestretch": gel.B**0.5})
+    )
+    own = Gel(gel.law, gel.numbers, float(n["A"]), float(n["B"]))
+    assert float(n["crumpling_squared"]) == float(own.crumpling(own.B)) / float(n["G"])
 
 
 def test_the_hump_of_a_neo_hookean_gel_and_of_one_with_a_low_limit():

@@ -362,7 +362,7 @@ def _column(
     """Read a column of numbers or of words; `InputError` for a number that is not certain."""
     values = np.array(list(map(_value, cells)))
     odd = np.flatnonzero(np.isnan(values))
-    wrong = [k for k in odd if cells[k].lower() not in _MISSING]
+    wrong = [k for k in odd.tolist() if cells[k].lower() not in _MISSING]
     numeric = len(cells) - len(odd)
     if numeric < max(len(wrong), 1):
         return Column(name, unit, None, cells)
@@ -384,7 +384,7 @@ def _column(
         words = "give one number a cell, without unit and without marks between thousands"
         raise InputError(f"{at.format(lines[wrong[0]], _short(cells[wrong[0]]))}; {words}")
     if (large := np.flatnonzero(np.abs(values) > LARGEST)).size:
-        raise InputError(f"{at.format(lines[large[0]], _short(cells[large[0]]))}; {SMALLER}")
+        raise InputError(f"{at.format(lines[int(large[0])], _short(cells[int(large[0])]))}; {SMALLER}")
     if commas and not any(note.startswith("decimals") for note in notes):
         notes.append(f"decimals are written with commas: {_short(first)} is {_short(first.replace(',', '.'))}")
     if odd.size:

@@ -167,12 +167,8 @@ class Gel:
     # --- an equibiaxially stretched film without stress ---------------------------------------------------------------
 
     def crumpling(self, t: Any) -> Any:
-        """Vb(t) = R (1 - t^-3)/t, the V G that cancels the stress of a film stretched equibiaxially by t^(1/2)."""
-        t = np.asarray(t, dtype=float)
-        strain = 2.0 * t + t**-2.0 - 3.0
-        with np.errstate(all="ignore"):
-            found = (1.0 - t**-3.0) / (t * self.law.compliance(strain, self.numbers))
-        return np.where(strain < self.strain_limit, found, np.inf)[()]
+        """Vb(t), see `crumpling`."""
+        return crumpling(self.law, t, self.numbers)
 
     def natural_stretch(self, V: Array) -> Array:
         """The t >= 1 with Vb(t) = V G; at voltages above the hump of Vb the t of the hump."""
@@ -191,6 +187,16 @@ class Gel:
         first = int(np.argmax(falls))
         fine = np.linspace(t[max(first - 1, 0)], t[first + 1], 20001)
         return float(fine[np.argmax(self.crumpling(fine))])
+
+
+def crumpling(law: Law, t: Any, n: Mapping[str, Any]) -> Any:
+    """Vb(t) = R (1 - t^-3)/t, the V G that cancels the stress of a film stretched equibiaxially by t^(1/2), with the
+    response R(I1) of its law; infinite at and beyond the stretch limit."""
+    t = np.asarray(t, dtype=float)
+    strain = 2.0 * t + t**-2.0 - 3.0
+    with np.errstate(all="ignore"):
+        found = (1.0 - t**-3.0) / (t * law.compliance(strain, n))
+    return np.where(strain >= law.strain_limit(n), np.inf, found)[()]
 
 
 def root(value: Callable[[Array, Array], Array], ends: tuple[Array, Array], V: Array) -> Array:

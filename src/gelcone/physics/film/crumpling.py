@@ -1,8 +1,8 @@
-"""A film without tension: the voltage that crumples it, and where that voltage turns.
+"""The turnings of the voltage that crumples a film without tension.
 
-Without tension a film lies at one squared stretch t in both directions, at V G = Vb(t) = R (t - t^-2)/t^2 with the
-response R(I1) of its law. A law may have a hump, the first maximum of Vb, where such a film pulls in, and a valley, the
-minimum behind it.
+Without tension a film lies at one squared stretch t in both directions, at V G = Vb(t), see
+`gelcone.membrane.gel.crumpling`. A law may have a hump, the first maximum of Vb, where such a film pulls in, and a
+valley, the minimum behind it.
 """
 
 from __future__ import annotations
@@ -22,20 +22,6 @@ SAME_STRETCH = 1e-12
 """Squared stretches that differ by less, relatively, count as equal."""
 GRID = 2000
 """Squared stretches among which the first turning of Vb is searched."""
-
-
-def crumpling(law: StrainEnergyLaw, t: Any, n: Numbers) -> Any:
-    """Vb(t) = R (1 - t^-3)/t; infinite at and beyond the stretch limit."""
-    t = np.asarray(t, dtype=float)
-    beyond = 2.0 * t + np.square(1.0 / t) - 3.0 >= law.strain_limit(n)
-    return np.where(beyond, np.inf, within(law, t, n))
-
-
-def within(law: StrainEnergyLaw, t: Any, n: Numbers) -> Any:
-    """Vb(t) below the stretch limit."""
-    inverse = 1.0 / t
-    square = inverse * inverse
-    return law.response(2.0 * t + square - 3.0, n) * (inverse - square * square)
 
 
 def slope_within(law: StrainEnergyLaw, t: Any, n: Numbers) -> Any:

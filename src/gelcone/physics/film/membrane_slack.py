@@ -1,6 +1,6 @@
 """The membrane without tension: it is stretched evenly, by t^(1/2) in both directions, with V G = Vb(t).
 
-Vb is that of `gelcone.physics.film.crumpling`. Where the hoop is the more stretched direction the rims of the film keep
+Vb is that of `gelcone.membrane.gel.crumpling`. Where the hoop is the more stretched direction the rims of the film keep
 their tension, and its area is that of the flat film, ``flat_area_i`` of `gelcone.membrane.table`.
 """
 
@@ -12,10 +12,9 @@ import numpy as np
 
 from gelcone.membrane import force as formulas
 from gelcone.membrane.force import FLAT
-from gelcone.membrane.gel import MOST_STRETCHED
+from gelcone.membrane.gel import MOST_STRETCHED, crumpling
 from gelcone.physics.bracket import rise
 from gelcone.physics.component import Numbers
-from gelcone.physics.film.crumpling import crumpling
 from gelcone.physics.implicit import known, root
 from gelcone.physics.laws import StrainEnergyLaw
 

@@ -40,9 +40,10 @@ import numpy as np
 from gelcone.codes import FilmPullIn
 from gelcone.errors import InputError, check_name
 from gelcone.membrane.force import NEVER
+from gelcone.membrane.gel import crumpling
 from gelcone.physics.component import Numbers
 from gelcone.physics.film.creeping import Creeping
-from gelcone.physics.film.crumpling import SAME_STRETCH, crumpling, turnings, within
+from gelcone.physics.film.crumpling import SAME_STRETCH, turnings
 from gelcone.physics.film.elastic import Elastic
 from gelcone.physics.film.film import Border, Film, FilmState, TracedState
 from gelcone.physics.film.taut import TautCone
@@ -146,7 +147,7 @@ class WrinklingCone(TautCone):
     def _numbers_after(self, G: Any, valley: Any, law: Numbers, one: Any) -> dict[str, Any]:
         """``valley_squared``, the V at the valley, and a switch."""
         with np.errstate(all="ignore"):
-            squared = np.where(np.isinf(valley), 0.0, within(self.law, valley, law) / G)
+            squared = np.where(np.isinf(valley), 0.0, crumpling(self.law, valley, law) / G)
         return {"valley_squared": squared * one, "whole": one}
 
     def _shortest(self, A: Any, B: Any, G: Any, law: Numbers) -> Any:
