@@ -194,6 +194,23 @@ def test_a_sweep_says_the_range_of_each_number_that_it_asked_for():
     assert grids.number_lines(shown.assign(regime=(over, np.zeros((2, 2))))) == []
 
 
+def test_cells_that_are_impossible_are_counted_once():
+    """Among the outcomes, neither among the failed ones nor as lost values of any number, of cells as of draws."""
+    own = {"status": ("voltage", [1, 1, 1]), "outcome": ("voltage", [0, int(Outcome.IMPOSSIBLE), int(Outcome.OUTSIDE)]),
+           "stroke": ("voltage", [2.0, NAN, NAN], "mm"), "current": ("voltage", [1.0, NAN, 2.0], "A")}  # fmt: skip
+    shown = made(own, {"voltage": ("voltage", [700.0, 800.0, 900.0], "V")}, totals=json.dumps(TOTALS | {"failed": 2}))
+    shown["current"].attrs["nan_means"] = "not applicable"
+    assert after_heading(grids.sweep_words, shown, ["voltage"])[1:] == [
+        f"1 of 3 runs failed: {Outcome.OUTSIDE.meaning}",
+        f"1 of 3 runs cannot be made: {Outcome.IMPOSSIBLE.meaning}",
+        "5 of 6 cells computed, 1 failed; 12,345 steps in 2.5 s",
+        "stroke: 2 mm; unknown in 1 of 2 cells",
+        "current: 1 A (voltage 700 V) to 2 A (voltage 900 V)",
+    ]
+    drawn = shown.rename(voltage="draw").drop_vars("draw")
+    assert grids.spread_lines(drawn, ["stroke"]) == ["stroke: 2 mm, 95 % within 2 mm; none in 1 of 2 draws"]
+
+
 def test_the_text_of_a_sweep_over_draws():
     own = {"status": ("draw", [1, 1, 0]), "outcome": ("draw", [0, 0, 0]), "stroke": ("draw", [2.0, 2.0, 9.0], "mm"),
            "stroke_error": ("draw", [1.0, 1.0, 1.0])}  # fmt: skip
@@ -324,7 +341,8 @@ def test_exponents_that_differ_by_less_than_their_errors_are_one(apart, extremes
 def test_numbers_that_read_the_same_have_no_places():
     at = ("voltage",)
     shown = made(
-        {"status": (at, [1, 1]), "stroke": (at, [2.0, 2.0 + 1e-9], "mm")}, {"voltage": (at, [800.0, 900.0], "V")}
+        {"status": (at, [1, 1]), "outcome": (at, [0, 0]), "stroke": (at, [2.0, 2.0 + 1e-9], "mm")},
+        {"voltage": (at, [800.0, 900.0], "V")},
     )
     assert grids.number_lines(shown) == ["stroke: 2 mm in all"]
 

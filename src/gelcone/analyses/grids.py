@@ -23,7 +23,9 @@ from gelcone.analyses.answer import (
 from gelcone.analyses.branches import followed_lines
 from gelcone.analyses.swept import example, read_states
 from gelcone.analyses.tables import FILM_STATES
+from gelcone.codes import Outcome
 from gelcone.errors import InputError
+from gelcone.quantity import Array
 from gelcone.statistics import share_interval, spread
 from gelcone.words import attractor_in_words, regime_counts, shortened, validity_in_words
 
@@ -93,7 +95,7 @@ def map_words(shown: xr.Dataset, subject: Subject) -> str:
     lines = [*heading(subject, shown["regime"].dims), grid_text(shown, shown["regime"].dims), *outcome_lines(shown)]
     chaotic = regime_counts(shown).get("chaotic", 0) / shown["regime"].size
     lines.append(f"{counts_text(shown)} ({100.0 * chaotic:.3g} % chaotic)")
-    lines.append(totals_text(json.loads(shown.attrs["totals"])))
+    lines.append(totals_text(_totals(shown)))
     return "\n".join([*lines, *_exponent_lines(shown), *doubt_lines(shown), *validity_in_words(shown)])
 
 
@@ -130,7 +132,7 @@ def sweep_json(result: xr.Dataset) -> dict[str, Any]:
 
 def sweep_words(shown: xr.Dataset, subject: Subject) -> str:
     """A sweep as text."""
-    lines = [*_grid_heading(shown, subject), *_regime_lines(shown), totals_text(json.loads(shown.attrs["totals"]))]
+    lines = [*_grid_heading(shown, subject), *_regime_lines(shown), totals_text(_totals(shown))]
     if "draw" in shown.dims and "regime" in shown:
         from gelcone.atlas.tolerances import tolerances
 
@@ -158,8 +160,9 @@ APART = rf"{FILM_STATES}|.*_error(_|$)"
 
 
 def _range_line(shown: xr.Dataset, name: str) -> str:
-    """The range of one number over the cells that are there, and in how many it has none, in the words for that."""
-    own, there = shown[name], shown["status"].values > 0
+    """The range of one number over the cells that are there and of which an actuator can be made, and in how many it
+    has none, in the words for that."""
+    own, there = shown[name], (shown["status"].values > 0) & _possible(shown)
     lost = Counter(missing(float(value), own) for value in own.values[there & ~np.isfinite(own.values)])
     parts = [f"{words} in {count} of {int(there.sum())} cells" for words, count in lost.items()]
     known = np.where(there & np.isfinite(own.values), own.values, np.nan)
@@ -183,6 +186,7 @@ def spread_lines(shown: xr.Dataset, names: Iterable[str]) -> list[str]:
     axes = [dim for dim in own["status"].dims if dim != "draw"]
     places = np.ndindex(*(own.sizes[dim] for dim in axes))
     points = [_known(own.isel(dict(zip(axes, place, strict=True)))) for place in places]
+    points = [point.isel(cell=_possible(point)) for point in points]
     known = [name for name in names if not all(np.isnan(point[name].values).all() for point in points)]
     if not axes:
         return [spread_line(points[0][name]) for name in known]
@@ -304,6 +308,12 @@ def _known(result: xr.Dataset) -> xr.Dataset:
     return flat.isel(cell=(flat["status"] > 0).values)
 
 
+def _possible(result: xr.Dataset) -> Array:
+    """The mask of the cells of which an actuator can be made: the others are counted among the outcomes alone."""
+    found: Array = result["outcome"].values != Outcome.IMPOSSIBLE
+    return found
+
+
 def drawn_names(shown: xr.Dataset) -> list[str]:
     """Names of the uncertain parameters."""
     return [str(name)[len("drawn_") :] for name in shown.coords if str(name).startswith("drawn_")]
@@ -329,6 +339,12 @@ def _regime_lines(shown: xr.Dataset) -> list[str]:
     """Count the cells of each regime, where regimes were asked for, and those in which the model does not hold."""
     counts = [counts_text(shown)] if "regime" in shown else []
     return counts + validity_in_words(shown)
+
+
+def _totals(shown: xr.Dataset) -> dict[str, Any]:
+    """The totals of a run; cells of which no actuator can be made are not counted as failed."""
+    totals: dict[str, Any] = json.loads(shown.attrs["totals"])
+    return totals | {"failed": totals["failed"] - int((~_possible(shown)).sum())}
 
 
 def totals_text(totals: dict[str, Any]) -> str:
