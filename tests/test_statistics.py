@@ -16,6 +16,17 @@ def test_both_ends_lie_1_96_standard_errors_of_their_own_from_the_share(successe
             assert (share - end) ** 2 == pytest.approx(1.959964**2 * end * (1.0 - end) / count, rel=1e-5)
 
 
+def test_both_intervals_hold_the_share_itself():
+    """Also where all or none were seen, and rounding would leave 1 or 0 outside."""
+    for count in range(1, 300):
+        hits = np.arange(count + 1)
+        for z in (1.0, 1.959964, 2.5, 3.0):
+            low, high = wilson(hits / count, count, z)
+            assert ((low <= hits / count) & (hits / count <= high)).all()
+        low, high = share_interval(hits, count)
+        assert ((low <= hits / count) & (hits / count <= high)).all()
+
+
 def test_it_holds_the_true_share_about_as_often_as_it_says():
     seen = np.arange(41)
     low, high = wilson(seen / 40, 40)

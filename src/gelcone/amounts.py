@@ -106,6 +106,25 @@ def sized_range(low: xr.DataArray, high: xr.DataArray, digits: int = 4) -> str:
     return format_range(least, most, measure.unit, digits)
 
 
+def sized_with_error(variable: xr.DataArray, error: xr.DataArray, digits: int) -> str:
+    """A single number with its error, both in the unit in which the number reads well: ``239.60093 ± 8e-06 V``. It has
+    the digits that the error leaves; without an error ``digits``."""
+    value, spread = float(variable), float(error)
+    if not (math.isfinite(value) and 0.0 < spread < math.inf):
+        return sized(variable, digits)
+    spread = float(f"{spread:.1g}")
+    left = 1 + _place(value) - _place(spread) if value else 1
+    measure = _measure_of(variable)
+    of, unit = (1.0, "1") if measure is None else (measure.per_unit, measure.unit)
+    (text, own), symbol = in_one_unit([value / of, spread / of], unit, max(left, 1))
+    return f"{text} ± {own}{unit_of(variable) if measure is None else f' {symbol}'}"
+
+
+def _place(value: float) -> int:
+    """The power of ten of the first digit of a number."""
+    return math.floor(math.log10(abs(value)))
+
+
 def sized_alike(variable: xr.DataArray, digits: int = 4, among: float = 0.0) -> list[str]:
     """The numbers of a variable of one dim, with the unit in which the largest of them, or ``among``, reads well."""
     measure, finite = _measure_of(variable), np.isfinite(variable.values)

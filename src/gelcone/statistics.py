@@ -51,7 +51,7 @@ def wilson(share: npt.ArrayLike, count: npt.ArrayLike, z: float = Z) -> tuple[Ar
     n, p = np.where(known, n, 1.0), np.where(known, p, 0.5)
     centre = (p + z * z / (2.0 * n)) / (1.0 + z * z / n)
     half: Any = z / (1.0 + z * z / n) * np.sqrt(p * (1.0 - p) / n + z * z / (4.0 * n * n))
-    low, high = np.maximum(centre - half, 0.0), np.minimum(centre + half, 1.0)
+    low, high = np.clip(centre - half, 0.0, p), np.clip(centre + half, p, 1.0)  # rounding leaves the share within
     return np.where(known, low, 0.0), np.where(known, high, 1.0)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 import textwrap
 from collections import Counter
@@ -11,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gelcone.amounts import measured, missing, sized, sized_range
+from gelcone.amounts import measured, missing, sized, sized_range, sized_with_error
 from gelcone.analyses.answer import WIDTH, heading, outcome_lines, state_lines
 from gelcone.codes import Outcome
 from gelcone.physics.balance import PullIn
@@ -172,24 +171,20 @@ def _row_lines(label: str, label_width: int, values: list[str], widths: list[int
 
 
 def _rows(member: xr.Dataset, apart: str = r"validity_") -> dict[str, str]:
-    """The text of each number of one member but those whose names match ``apart``, by its label."""
+    """The text of each number of one member but those whose names match ``apart``, by its label; a voltage with its
+    error, as ``onset_voltage`` with ``onset_error``."""
+    errors = {name: name.replace("_voltage", "_error") for name in map(str, member) if name.endswith("_voltage")}
+    errors = {name: error for name, error in errors.items() if error in member}
     return {
-        variable.attrs["long_name"].removeprefix(YES): _value(variable, _digits(variable, member))
+        variable.attrs["long_name"].removeprefix(YES): (
+            sized_with_error(variable, member[errors[str(name)]], DIGITS) if name in errors else _value(variable)
+        )
         for name, variable in member.data_vars.items()
-        if not variable.dims and name != "outcome" and not re.match(apart, str(name))
+        if not variable.dims and name not in ("outcome", *errors.values()) and not re.match(apart, str(name))
     }
 
 
-def _digits(variable: xr.DataArray, member: xr.Dataset) -> int:
-    """The digits of a number: of ``onset_voltage`` those that ``onset_error`` leaves it, at least the usual ones."""
-    stem, _, rest = str(variable.name).rpartition("_voltage")
-    error = member.get(f"{stem}_error") if stem and not rest else None
-    if error is None or not 0.0 < float(error) < abs(float(variable)) < np.inf:
-        return DIGITS
-    return max(DIGITS, 1 + math.floor(math.log10(abs(float(variable)) / float(error))))
-
-
-def _value(variable: xr.DataArray, digits: int = DIGITS) -> str:
+def _value(variable: xr.DataArray) -> str:
     """A number with its unit; the meaning of a code; yes or no."""
     if variable.dtype.kind == "b":
         return "yes" if variable else "no"
@@ -199,4 +194,4 @@ def _value(variable: xr.DataArray, digits: int = DIGITS) -> str:
         return event_label(variable)
     if variable.attrs.get("long_name", "").startswith(YES):
         return "yes" if variable else "no"
-    return sized(variable, digits)
+    return sized(variable, DIGITS)
