@@ -43,6 +43,17 @@ def test_the_limits_of_each_member_are_those_of_its_own_drive(monkeypatch):
     assert np.isnan(found["safe_peak_voltage"].values[1])
 
 
+@pytest.mark.parametrize("ratio", [None, 0.3])
+def test_the_pull_in_of_a_membrane_is_unknown_for_a_reason(ratio, monkeypatch):
+    """A taut cone without a radius ratio stands for no membrane."""
+    monkeypatch.setattr(operating_limits_module, "plane_of", lambda model, threads: straight(model, jump=1.2))
+    low = np.full((1, len(DRIVEN_LIMITS)), 0.9)
+    monkeypatch.setattr(operating_limits_module, "driven", lambda *given, **options: {"low": low, "high": low})
+    found = gelcone.operating_limits(TAUT if ratio is None else TAUT.replace(radius_ratio=ratio))
+    words = found["membrane_pull_in_voltage"].attrs["nan_means"]
+    assert words == ("unknown without radius_ratio" if ratio is None else "unknown")
+
+
 @pytest.mark.parametrize(("pull_in", "chaos", "late"), [(0.9, 0.6, True), (0.6, 0.9, False), (np.inf, 0.6, False)])
 def test_a_pull_in_above_the_limit_of_chaos_is_said_to_be_that_of_one_run(monkeypatch, pull_in, chaos, late):
     low = np.full((1, len(DRIVEN_LIMITS)), np.inf)

@@ -116,8 +116,10 @@ def _limits_of_members(
     late = np.isfinite(found["driven pull-in"]) & (found["driven chaos"] < found["driven pull-in"])
     words = _meanings(members.system, of)
     words["driven pull-in"] += OUT_OF_CHAOS if late.any() else ""
+    lacking = " without radius_ratio" if of == "cone" and "radius_ratio" not in members.values else ""
     variables: dict[str, dataset.Variable] = {
-        limit_variable(name, members.system): ((), values, words[name], _limit(name)) for name, values in found.items()
+        limit_variable(name, members.system): ((), values, words[name], _limit(name, lacking))
+        for name, values in found.items()
     }
     return Findings(variables, outcome), refused, of
 
@@ -154,14 +156,14 @@ def _meanings(system: ConeSystem, of: str) -> dict[str, str]:
     return {name: words + whose.get(name, "") for name, words in found.items()}
 
 
-def _limit(name: str) -> dict[str, str]:
+def _limit(name: str, lacking: str) -> dict[str, str]:
     """The attributes of a variable with a limit; that of breakdown is unknown without a dielectric strength, and that
-    of a membrane which cannot be computed."""
+    of a membrane which cannot be computed, also as what it needs is ``lacking``."""
     if name in _ABSENT:
         return _ABSENT[name]
     infinite = "above the voltages examined" if name.startswith("driven") else "none before pull-in"
-    unknown = "breakdown" in name or name == MEMBRANE_PULL_IN
-    return dataset.absent("voltage", nan="unknown" if unknown else "not applicable", infinite=infinite)
+    nan = "unknown" if "breakdown" in name else "not applicable"
+    return dataset.absent("voltage", f"unknown{lacking}" if name == MEMBRANE_PULL_IN else nan, infinite)
 
 
 _ABSENT = {"pitchfork": PITCHFORK_ABSENT, "pull-in": PULL_IN_ABSENT}
