@@ -85,7 +85,8 @@ class DoubtfulInput(UserWarning):
 
 
 class LostWorker(RuntimeWarning):
-    """A worker of a cluster that ended in the middle of a run, whose tasks others take over."""
+    """A worker of a cluster that ended in the middle of a run, whose tasks others take over; or a cluster that has no
+    worker."""
 
 
 class MissingDependency(ImportError):

@@ -117,6 +117,19 @@ def test_a_cluster_has_the_threads_of_all_its_workers_and_tasks_ahead(monkeypatc
         client.handler((0.0, {"worker": "third", "action": "remove-worker"}))
 
 
+def test_a_scheduler_without_workers_is_said_and_how_to_start_one(monkeypatch):
+    client = Client()
+    client.nthreads = dict
+    monkeypatch.setattr(module, "_import_distributed", SimpleNamespace)
+    monkeypatch.setattr(module, "_client", lambda distributed, address: nullcontext(client))
+    words = "scheduler tcp://one:1: has no workers; the run waits for one: start it with `dask worker tcp://one:1`"
+    with pytest.warns(LostWorker, match=words), cluster(scheduler="tcp://one:1")() as team:
+        assert team.size == 1
+    client.handler((0.0, {"worker": "late", "action": "add-worker"}))
+    with pytest.warns(LostWorker, match="worker late is lost; none is left; the run waits for one: start it with"):
+        client.handler((0.0, {"worker": "late", "action": "remove-worker"}))
+
+
 @pytest.mark.parametrize("versions", [["0.1.0"], [None, "0.1.0"], [None, "no gelcone"], []])
 def test_workers_of_a_scheduler_have_the_same_version_all_of_them(versions):
     """None here stands for this one; a scheduler without workers yet may get the right ones."""

@@ -42,12 +42,16 @@ def test_a_first_file_holds_the_numbers_of_the_pump_under_its_own_name(command_l
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_first_file_is_never_written_over_another(command_line, tmp_path):
+def test_a_first_file_is_written_over_another_by_force_alone(command_line, tmp_path):
     (tmp_path / "mine.toml").write_text("mine")
     for flags in ((), ("--wish",), ("--tests",)):
-        refused = "Error: mine.toml: exists already and is not overwritten; choose another name\n"
-        assert command_line("init", "mine.toml", *flags) == (2, "", refused)
-    assert (tmp_path / "mine.toml").read_text() == "mine"
+        code, out, err = command_line("init", "mine.toml", *flags)
+        assert (code, out) == (2, "")
+        assert err.startswith("Error: mine.toml: exists already; choose another name, or overwrite it with force")
+        assert (tmp_path / "mine.toml").read_text() == "mine"
+        assert command_line("init", "mine.toml", *flags, "--force")[0] == 0
+        assert (tmp_path / "mine.toml").read_text() != "mine"
+        (tmp_path / "mine.toml").write_text("mine")
 
 
 def test_help_gives_each_subject_its_own_text(command_line):

@@ -29,8 +29,8 @@ def cluster(workers: int | None = None, scheduler: str | None = None) -> Workers
     ----------
     workers : number of processes of this machine.
     scheduler : address of a dask scheduler, such as ``"tcp://10.0.0.1:8786"``, or the scheduler file that it writes
-        with ``--scheduler-file``; in place of ``workers``. A worker that is lost is said in a `LostWorker` warning, and
-        others take over its tasks.
+        with ``--scheduler-file``; in place of ``workers``. A worker that is lost, and whose tasks others take over, is
+        said in a `LostWorker` warning, as is a scheduler without workers, for which the run waits.
 
     Returns
     -------
@@ -59,9 +59,12 @@ def _of_scheduler(scheduler: str) -> Workers:
     @contextmanager
     def start() -> Iterator[Team]:
         distributed = _import_distributed()
-        with _client(distributed, _address(scheduler)) as client:
-            size = max(sum(client.nthreads().values()), 1)
-            client.subscribe_topic("all", _Watched(client.nthreads()))
+        with _client(distributed, address := _address(scheduler)) as client:
+            threads = client.nthreads()
+            size = max(sum(threads.values()), 1)
+            client.subscribe_topic("all", _Watched(threads, address))
+            if not threads:
+                warnings.warn(f"scheduler {address}: has no workers; {_waits(address)}", LostWorker, stacklevel=2)
 
             def run(function: Callable[[Task], Answer], tasks: Iterable[Task]) -> Iterator[tuple[Answer, int]]:
                 futures = (client.submit(watched, function, task, pure=False) for task in tasks)
@@ -102,11 +105,16 @@ def _address(scheduler: str) -> str:
     return address
 
 
-class _Watched:
-    """Receives events of the workers of a scheduler, and warns of lost workers."""
+def _waits(address: str) -> str:
+    """Words for a run whose scheduler has no workers."""
+    return f"the run waits for one: start it with `dask worker {address}`"
 
-    def __init__(self, workers: Iterable[str]) -> None:
-        self._workers = set(workers)
+
+class _Watched:
+    """Receives events of the workers of a scheduler at an address, and warns of lost workers."""
+
+    def __init__(self, workers: Iterable[str], address: str) -> None:
+        self._workers, self._address = set(workers), address
 
     def __call__(self, event: tuple[float, Any]) -> None:
         own = event[1] if isinstance(event[1], dict) else {}
@@ -117,7 +125,7 @@ class _Watched:
             self._workers.discard(worker)
             if not own.get("expected", False):
                 left = len(self._workers)
-                taken = f"{left} left take over its tasks" if left else "none is left; the run waits for others"
+                taken = f"{left} left take over its tasks" if left else f"none is left; {_waits(self._address)}"
                 warnings.warn(f"worker {worker} is lost; {taken}", LostWorker, stacklevel=2)
 
 

@@ -34,12 +34,13 @@ def init_command() -> click.Command:
         click.Argument(["file"], type=PLACE, metavar="FILE"),
         click.Option(["--wish"], is_flag=True, help="What a device must do, in place of a device."),
         click.Option(["--tests"], is_flag=True, help="A list of tests on a device, in place of a device."),
+        click.Option(["--force"], is_flag=True, help="Overwrite a file that exists."),
     ]
     return click.Command("init", params=params, callback=write_first_file, help=text)
 
 
-def write_first_file(*, file: Path, wish: bool, tests: bool) -> None:
-    """Write the file; an existing one is never overwritten."""
+def write_first_file(*, file: Path, wish: bool, tests: bool, force: bool) -> None:
+    """Write the file; an existing one only with ``force``."""
     from gelcone.devices.device import find_device
     from gelcone.devices.template import first_file
     from gelcone.files import write_whole, writer_of
@@ -51,9 +52,7 @@ def write_first_file(*, file: Path, wish: bool, tests: bool) -> None:
     device = find_device(START)
     text = FIRST_WISH.format(file=file) if wish else first_file(str(file), device, device.material)
     text = FIRST_TESTS.format(file=file) if tests else text
-    if file.exists():
-        raise InputError(f"{file}: exists already and is not overwritten; choose another name")
-    write_whole(file, writer_of(text))
+    write_whole(file, writer_of(text), force=force)
     command = f"design {file} --out designs" if wish else f"simulate {file}"
     command = f"fit DEVICE --data {file} --free spring_rate~3% --plan" if tests else command
     click.echo(f"wrote {file}: change its numbers, then `gelcone {command}`")
