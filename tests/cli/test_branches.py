@@ -1,4 +1,4 @@
-"""`gelcone locus`: its curves on a map; `gelcone continue` is among the contracts of all analyses."""
+"""`gelcone locus`: its curves on a map; `gelcone continue`: its store. Its answers are among the contracts of all."""
 
 from pathlib import Path
 
@@ -44,3 +44,19 @@ def test_a_locus_is_an_answer(command_line):
     assert content["command"] == "locus"
     assert content["parameters"]["drive_frequency"] > 0.0
     assert content["result"]
+
+
+@pytest.mark.parametrize(
+    ("typed", "store", "resume"), [((), None, None), (("--store", "s"), "s", None), (("--resume", "s"), "s", True)]
+)
+def test_branches_have_a_new_store_or_resume_one(typed, store, resume, monkeypatch, command_line):
+    asked = []
+    monkeypatch.setattr(branches, "run", lambda analysis, **given: asked.append((analysis.name, given)) or 0)
+    assert command_line("continue", "voltage", "0.9", "1.1", *typed)[0] == 0
+    ((name, given),) = asked
+    assert (name, given["store"], given["resume"]) == ("continue_branch", store and Path(store), resume)
+
+
+def test_branches_have_one_store(command_line):
+    code, _, err = command_line("continue", "voltage", "0.9", "1.1", "--store", "a", "--resume", "b")
+    assert (code, err) == (2, "Error: --store and --resume: give one of them; --store begins, --resume continues\n")

@@ -580,6 +580,7 @@ def test_every_command_of_its_own_is_in_a_table():
         "help",
         "devices",
         "materials",
+        "continue",
         "datasheet",
         "locus",
         "show",

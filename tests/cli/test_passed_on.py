@@ -101,7 +101,12 @@ def typed_as(option):
     return "0.25,0.375", np.array([0.25, 0.375])
 
 
-OPTIONS = [(name, option) for name in ASKED for option in ANALYSES[COMMANDS[name]].options.values()]
+OPTIONS = [
+    (name, option)
+    for name in ASKED
+    for option in ANALYSES[COMMANDS[name]].options.values()
+    if option.name != "resume"  # names a store on the command line, see `test_branches.py`
+]
 
 
 def test_no_option_of_a_command_is_left_out():

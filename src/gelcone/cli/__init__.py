@@ -32,6 +32,7 @@ OWN_COMMANDS = {
 }
 """Commands that are not an analysis: the line in the list of commands, and who makes them."""
 SPECIAL = {
+    "continue": "branches:continue_command",
     "datasheet": "lab:datasheet_command",
     "locus": "branches:locus_command",
     "map": "grids:map_command",

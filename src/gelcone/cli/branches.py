@@ -1,4 +1,4 @@
-"""`gelcone locus`: bifurcations in two parameters, drawn on a map of the same two where one is given."""
+"""`gelcone continue`, branches along one parameter, and `gelcone locus`, bifurcations in two, perhaps on a map."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from gelcone.cli.command import command_of, run
+from gelcone.cli.grids import one_store, store_parameters
 from gelcone.cli.options import PLACE
 from gelcone.errors import InputError
 from gelcone.plots import plot
@@ -16,6 +17,21 @@ from gelcone.register.analyses import find_analysis
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+def continue_command() -> click.Command:
+    """`gelcone continue`, with the options of stores that maps and sweeps have."""
+    command = command_of(find_analysis("continue_branch"))
+    own = {option.name: option for option in store_parameters()}
+    command.params = [own.get(one.name, one) for one in command.params]
+    command.callback = run_continue
+    return command
+
+
+def run_continue(*, store: Path | None, resume: Path | None, **typed: Any) -> int:
+    """Follows branches, with a new store or one to resume."""
+    kept = one_store(store, resume)
+    return run(find_analysis("continue_branch"), store=kept, resume=None if resume is None else True, **typed)
 
 
 def locus_command() -> click.Command:

@@ -62,21 +62,25 @@ class Sweep(NamedTuple):
     keep: tuple[str, ...]
 
 
-def run_parameters() -> list[click.Parameter]:
-    """--store, --resume, --threads, --workers and --scheduler."""
+def store_parameters(alone: str = "") -> list[click.Parameter]:
+    """--store and --resume; ``alone`` says what the latter does without other arguments."""
     return [
         click.Option(
             ["--store"],
             type=PLACE,
             metavar="STORE",
-            help="Keep results there while they come (Zarr); an interrupted run can be resumed.",
+            help="Keep results in a new store while they come (Zarr); an interrupted run can be resumed.",
         ),
         click.Option(
-            ["--resume"],
-            type=PLACE,
-            metavar="STORE",
-            help="Continue with what a store holds; without other arguments its own plan is taken.",
+            ["--resume"], type=PLACE, metavar="STORE", help=f"Continue with what a store of the same run holds{alone}."
         ),
+    ]
+
+
+def run_parameters() -> list[click.Parameter]:
+    """--store, --resume, --threads, --workers and --scheduler."""
+    return [
+        *store_parameters("; without other arguments its own plan is taken"),
         click.Option(["--threads"], type=int, metavar="N", help="Use N threads of this process."),
         click.Option(
             ["--workers"],

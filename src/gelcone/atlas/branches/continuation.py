@@ -56,7 +56,7 @@ PLACES = {"branch": "value", "event": "event_value", "run": "run_value"}
 
 @analysis(
     arguments={"parameter": "PARAMETER", "low": "FROM", "high": "TO"},
-    flags={"start": ("--from",), "store": ("--store", "--resume")},
+    flags={"start": ("--from",), "store": ("--store",)},
     answers="branches",
     file_only=("orbit", "event_orbit"),
     single=True,
@@ -80,6 +80,7 @@ def continue_branch(
     points: int = 2000,
     tolerance: float = DEFAULT_TOLERANCE,
     store: str | Path | None = None,
+    resume: bool = False,
     threads: int | None = None,
     progress: Progress = None,
 ) -> xr.Dataset:
@@ -102,8 +103,8 @@ def continue_branch(
     checks : values of the parameter at which brute force settles, at least 2. Default 24.
     points : most points of a branch, at least 2. Default 2000.
     tolerance : relative error of one step of the integrator. Default 1e-15.
-    store : folder that stores what is found as it is found, from which the same command continues after an
-        interruption. It gives the same bits. Default none.
+    store : folder that stores what is found as it is found. Default none.
+    resume : continues with what ``store`` holds of the same run, with the same bits. Default no.
     threads : worker threads of brute force; default one a core.
     progress : called with the share of the work just done (the shares add up to 1).
 
@@ -125,7 +126,7 @@ def continue_branch(
     Raises
     ------
     InputError : for an unknown parameter, an interval that is empty or reversed, counts that are too small, a start
-        that is not an orbit, or a store of another run.
+        that is not an orbit, a store of another run, or one that exists without ``resume``.
 
     Examples
     --------
@@ -151,7 +152,7 @@ def continue_branch(
     (bottom,), (top,) = varied.ends
     states = varied.starts([0.5 * (bottom + top)])
     counted = Counted(progress)
-    with journal_in(store, _plan(varied, options, start)) as journal:
+    with journal_in(store, _plan(varied, options, start), resume=resume) as journal:
         walk = Walk(float(bottom), float(top), points, point_by_point(counted, FOLLOWING), journal)
         shooting = varied.shooting(tolerance)
         tree = grown(shooting, varied, walk, start, states, switch, flow)

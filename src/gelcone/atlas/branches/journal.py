@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from gelcone.atlas.store import holds_nothing, open_store
+from gelcone.atlas.store import open_store
 from gelcone.errors import InputError
 from gelcone.files import write_whole
 
@@ -87,8 +87,8 @@ def _read(path: Path) -> Entry:
 
 
 @contextmanager
-def journal_in(folder: str | Path | None, plan: Mapping[str, Any]) -> Iterator[Journal]:
-    """The journal of a run in a folder, locked for this run: a new one, or that of an earlier run of the same plan.
+def journal_in(folder: str | Path | None, plan: Mapping[str, Any], *, resume: bool) -> Iterator[Journal]:
+    """The journal of a run in a folder, locked for this run: a new one or, to ``resume``, that of the same plan.
 
     Raises `InputError` for what `gelcone.atlas.store.open_store` refuses.
     """
@@ -96,10 +96,7 @@ def journal_in(folder: str | Path | None, plan: Mapping[str, Any]) -> Iterator[J
         yield Journal()
         return
     place = Path(folder)
-    begun = (place / "zarr.json").is_file()
-    if not begun and place.is_dir() and not holds_nothing(place):
-        raise InputError(f"{place}: is not empty, and holds no run along branches; choose another store")
-    with open_store(place, json.loads(json.dumps(plan)), ("entry",), (1,), resume=begun):
+    with open_store(place, json.loads(json.dumps(plan)), ("entry",), (1,), resume=resume):
         for unfinished in place.glob(".*.npz"):  # left by a run that was killed while it wrote
             unfinished.unlink()
         yield Journal(place)
