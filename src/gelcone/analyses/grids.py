@@ -9,6 +9,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from gelcone.amounts import measured, missing, rate_unit, sized, sized_range, unit_of, with_error
 from gelcone.analyses.answer import (
@@ -25,7 +26,6 @@ from gelcone.analyses.swept import example, read_states
 from gelcone.analyses.tables import FILM_STATES
 from gelcone.codes import Outcome
 from gelcone.errors import InputError
-from gelcone.quantity import Array
 from gelcone.statistics import share_interval, spread
 from gelcone.words import attractor_in_words, regime_counts, shortened, validity_in_words
 
@@ -308,10 +308,9 @@ def _known(result: xr.Dataset) -> xr.Dataset:
     return flat.isel(cell=(flat["status"] > 0).values)
 
 
-def _possible(result: xr.Dataset) -> Array:
+def _possible(result: xr.Dataset) -> npt.NDArray[np.bool_]:
     """The mask of the cells of which an actuator can be made: the others are counted among the outcomes alone."""
-    found: Array = result["outcome"].values != Outcome.IMPOSSIBLE
-    return found
+    return np.asarray(result["outcome"].values != Outcome.IMPOSSIBLE)
 
 
 def drawn_names(shown: xr.Dataset) -> list[str]:
