@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from gelcone.devices import binary, hdf5
+from gelcone.devices import binary, hdf5, reading
 from gelcone.devices.reading import read_table
 from gelcone.errors import InputError
 
@@ -48,6 +48,25 @@ def test_files_without_even_vectors_are_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(hdf5, "MOST_VALUES", 5)
     with pytest.raises(InputError, match=r"has more than 64 vectors, or more than 5 values"):
         read_table(matlab(tmp_path))
+
+
+def test_columns_of_a_binary_file_have_the_names_and_sizes_of_those_of_a_text(tmp_path, monkeypatch):
+    with pytest.raises(InputError, match="has two columns of one name with different units"):
+        read_table(matlab(tmp_path, voltage_V=VOLTS))
+    table = read_table(matlab(tmp_path, huge=VOLTS * 1e20))
+    assert table.columns["huge"].values is None
+    with pytest.raises(InputError, match=r"stroke.mat: column 'huge' holds 5e\+22; give numbers of at most 1e\+20"):
+        table.numbers("huge", "force")
+    monkeypatch.setattr(reading, "LONGEST_WORD", 6)
+    with pytest.raises(InputError, match=r"column 1 is named 'vol\.\.\.'; give it at most 6 letters"):
+        read_table(matlab(tmp_path))
+
+
+def test_a_file_that_unpacks_to_much_more_is_refused(tmp_path, monkeypatch):
+    """Though what it unpacks to is left out."""
+    monkeypatch.setattr(binary, "UNPACKED", 0)
+    with pytest.raises(InputError, match="unpacks to more than"):
+        read_table(matlab(tmp_path, compressed=True))
 
 
 def refusal(path):

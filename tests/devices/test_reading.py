@@ -328,7 +328,7 @@ def test_a_recording_and_a_test_on_a_device_read_a_table_alike(kind, tmp_path):
         np.testing.assert_allclose([times, volts], [[0.0, 0.2, 1.5], [0.0, 700.0, 250.0]], rtol=1e-15)
 
 
-def test_the_reader_has_bounds(tmp_path):
+def test_the_reader_has_bounds(tmp_path, monkeypatch):
     spaces = "a" + " " * 7000 + "b,c\n1,2\n"
     for text in ("\n" * 300_000 + "a,b", spaces, "(" * 7000, "a," * 5000, "9" * 200_000):
         begin = time.process_time()
@@ -336,6 +336,11 @@ def test_the_reader_has_bounds(tmp_path):
             read_table(written(tmp_path, text))
         assert time.process_time() - begin < 1.0
         assert len(str(error.value)) < 250
+    with pytest.raises(InputError, match=r"is a header of 900\d letters"):
+        read_table(written(tmp_path, "a" + " " * 9000 + "b,c\n1,2\n"))
+    monkeypatch.setattr(module, "MOST_ROWS", 5)
+    with pytest.raises(InputError, match="has more than 5 rows"):
+        read_table(written(tmp_path, SERIES + "1,2,3\n" * 10 + '"'))
     path = written(tmp_path, SERIES, "a\nb.csv")
     with pytest.raises(InputError, match=r"^a\?b.csv, line 3: "):
         read_recording(written(tmp_path, SERIES.replace("0.7", "x"), path.name), True)
