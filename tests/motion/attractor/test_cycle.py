@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from gelcone.atlas.branches.branch import EventKind
+from gelcone.atlas.branches.continuation import continue_branch
 from gelcone.motion.attractor import cycle
 from gelcone.motion.extent import extent
 from gelcone.motion.regime import regime
@@ -113,3 +115,34 @@ def test_the_period_next_to_a_doubling_is_that_of_the_certified_side(doubling, p
     np.testing.assert_array_equal(found["period"].values[known], expected[known])
     one, other = found["lyapunov"].values[1:3, 0]
     assert one == pytest.approx(other, abs=1e-8), "one rounding apart"
+
+
+LIGHT = {"spring_stiffness": 0.5, "drive_frequency": 0.3}
+DOUBLE = {**LIGHT, "second_film": "taut", "second_flat_height": 0.0}
+
+
+@pytest.mark.parametrize(
+    ("parameters", "between", "distance"),
+    [
+        ({**LIGHT, "damping_ratio": 0.05}, (0.84, 0.856), 3e-6),
+        ({**LIGHT, "damping_ratio": 0.01}, (0.836, 0.838), 3e-7),
+        ({**DOUBLE, "damping_ratio": 0.05, "second_drive": "same"}, (0.595, 0.602), 1e-6),
+    ],
+    ids=["slow", "fast", "double cone"],
+)
+def test_the_symmetry_next_to_a_breaking_is_that_of_the_certified_side(parameters, between, distance):
+    """Next to a breaking the map over the whole turn is almost singular, and Newton's method ended off its cycle."""
+    model = ConeModel(**parameters, voltage=0.5)
+    branches = continue_branch(model, "voltage", *between, (0.0, 0.12), start="settled", switch=0, checks=2)
+    (event,) = np.flatnonzero(branches["event_kind"] == EventKind.SYMMETRY_BREAKING)
+    breaking, orbit = float(branches["event_value"][event]), branches["event_orbit"].values[event, 0]
+    offsets = 1e-3 * np.array([[1.0, 0.0], [1.0 + 1e-9, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
+    voltages = breaking + np.repeat([-30.0, -1.0, 1.0, 30.0], len(offsets)) * distance
+    found = regime(model.replace(voltage=voltages), np.tile(orbit + offsets, (4, 1)))
+    known = found["doubtful"].values == 0
+    assert known[: 2 * len(offsets)].all()
+    assert known.mean() > 0.8
+    np.testing.assert_array_equal(found["symmetric"].values[known], (voltages < breaking)[known])
+    assert (found["period"].values[known] == 2).all()
+    one = found["lyapunov"].values[len(offsets) : 2 * len(offsets), 0]
+    np.testing.assert_allclose(one, one[0], rtol=1e-3)

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from gelcone.motion.columns import Columns, column
 from gelcone.motion.extent import extent
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
-from gelcone.motion.orbit import newton
+from gelcone.motion.orbit import Turn, newton
 from gelcone.motion.settle import Clock, blocks, samples_per_repeat, turns
 from gelcone.motion.tangents import CERTAIN, FLOOR
 from gelcone.motion.validity import validity
@@ -38,6 +38,9 @@ SAME_POINT = 1e-6
 ALIKE = 1e-3
 """Distance of a cycle from itself after a part of its period, over its size, below which it may have that period: next
 to a doubling the map over both turns is almost singular, and Newton's method has not arrived."""
+UNRESOLVED = 10.0
+"""Largest distance of a cycle from its mirror image, over the last Newton step, at which it may be symmetric: next to a
+symmetry breaking the map over the whole turn is almost singular, too, and the step is a third of its error or more."""
 SMALLEST_SIZE = 1e-3
 TICKS = 32
 """Fewest samples of a forcing period between which motions are interpolated for their validity."""
@@ -54,7 +57,7 @@ class Cycles(Columns):
     ``found``; ``period`` in forcing periods; ``extent`` (of displacement or velocity, the larger); ``symmetric`` under
     x -> -x; ``exponents`` (members, N) per unit time and their ``error``; ``divergence``, the mean trace of the
     Jacobian, which is their sum; ``distance`` of the motion from the cycle over its size; ``time`` over which the
-    exponents are taken; ``point`` (members, N) at phase 0.
+    exponents are taken; ``size``, the largest coordinate; ``point`` (members, N) at phase 0.
     """
 
     found: npt.NDArray[np.bool_] = column(False, kind=bool)
@@ -66,6 +69,7 @@ class Cycles(Columns):
     divergence: Array = column()
     distance: Array = column()
     time: Array = column(0.0)
+    size: Array = column()
     point: Array = column(np.nan, "N")
 
     @property
@@ -91,23 +95,41 @@ def find_cycles(members: Members, states: Array, period: npt.NDArray[np.int64], 
 
     A member of period 0 has no cycle.
     """
-    cycles, alike = Cycles.blank(len(states), states=states.shape[1]), np.zeros_like(period)
-    for rows, clock, repeats in turns(members, period):
-        found, alike[rows] = _found(members.take(rows), states[rows], clock, repeats, flow_options)
-        cycles.put(rows, found)
+    cycles, alike, between = _found(members, states, period, flow_options)
     rows = np.flatnonzero(cycles.found & (alike > 0))
     if rows.size:
         shorter = find_cycles(members.take(rows), cycles.point[rows], alike[rows], **flow_options)
         attract = shorter.found & (shorter.sign < 0)
         distance = cycles.distance[rows] + shorter.distance
         cycles.put(rows[attract], replace(shorter, distance=distance).take(attract))
+        between[rows[attract]] = np.nan
+    rows = np.flatnonzero(cycles.found & np.isfinite(between).all(axis=1))
+    if rows.size:
+        own, _, _ = _found(members.take(rows), between[rows], cycles.period[rows], flow_options)
+        attract = own.found & own.symmetric & (own.sign < 0)
+        distance = np.abs(own.point - states[rows]).max(axis=1) / own.size
+        cycles.put(rows[attract], replace(own, distance=distance).take(attract))
     return cycles
 
 
 def _found(
+    members: Members, states: Array, period: npt.NDArray[np.int64], flow_options: dict[str, Any]
+) -> tuple[Cycles, npt.NDArray[np.int64], Array]:
+    """The cycles near some states; the next smaller period that each may have (0: none), see `ALIKE`; and the points
+    (members, N) at which to search for a symmetric cycle in place of each (NaN: none), see `UNRESOLVED`."""
+    cycles, alike = Cycles.blank(len(states), states=states.shape[1]), np.zeros_like(period)
+    between = np.full(states.shape, np.nan)
+    for rows, clock, repeats in turns(members, period):
+        found = _of_period(members.take(rows), states[rows], clock, repeats, flow_options)
+        own, alike[rows], between[rows] = found
+        cycles.put(rows, own)
+    return cycles, alike, between
+
+
+def _of_period(
     members: Members, states: Array, clock: Clock, repeats: int, flow_options: dict[str, Any]
-) -> tuple[Cycles, npt.NDArray[np.int64]]:
-    """The cycles near some states, and the next smaller period that each may have (0: none), see `ALIKE`."""
+) -> tuple[Cycles, npt.NDArray[np.int64], Array]:
+    """`_found` for members of one clock and period."""
     options = dict(flow_options)
     exact = options.pop("tolerance", DEFAULT_TOLERANCE)
     with np.errstate(all="ignore"):  # far from a cycle, Newton steps may be infinite or NaN
@@ -122,19 +144,23 @@ def _found(
         error = np.maximum(np.abs(exponents - first), np.maximum(last.error / time[:, None], FLOOR / 10))
         found = (distance < NEAR) & ((left < CONVERGENCE * distance) | (left < NEGLIGIBLE))
     period, alike = _periods(path, size)
+    symmetric = _is_symmetric(path, period, size, members.system.mirror) & members.symmetric
     cycles = Cycles(
         found=found,
         period=period,
         extent=np.maximum(np.ptp(path[..., 0], axis=(1, 2)), np.abs(path[..., 1]).max(axis=(1, 2))),
-        symmetric=_is_symmetric(path, period, size, members.system.mirror) & members.symmetric,
+        symmetric=symmetric,
         exponents=exponents,
         error=error,
         divergence=last.contraction / time,
         distance=distance,
         time=time,
+        size=size,
         point=last.point + last.step,
     )
-    return cycles, alike
+    between = _between_images(path, period, last, members.system.mirror)
+    between[symmetric | ~members.symmetric] = np.nan
+    return cycles, alike, between
 
 
 def _periods(path: Array, size: Array) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
@@ -157,6 +183,18 @@ def _is_symmetric(path: Array, period: npt.NDArray[np.int64], size: Array, signs
     later = (np.arange(path.shape[1]) + shift[:, None]) % path.shape[1]
     image = signs * np.take_along_axis(path, later[:, :, None, None], axis=1)
     return np.abs(path - image).max(axis=(1, 2, 3)) < 10.0 * SAME_POINT * size
+
+
+def _between_images(path: Array, period: npt.NDArray[np.int64], last: Turn, signs: Array) -> Array:
+    """Points (members, N) in the middle between cycles and their mirror images half a period later, NaN where these are
+    further apart than `UNRESOLVED` or the period is odd.
+
+    Next to a symmetry breaking a deviation from the symmetric cycle changes its sign from one to the other, so that
+    nothing of it is left in the middle.
+    """
+    image = signs * path[np.arange(len(path)), period // 2 - 1, -1]
+    near = np.abs(image - last.point).max(axis=1) < UNRESOLVED * np.abs(last.step).max(axis=1)
+    return np.where((near & (period % 2 == 0))[:, None], 0.5 * (last.point + image), np.nan)
 
 
 class Sampled(NamedTuple):
