@@ -11,6 +11,7 @@ import gelcone
 from gelcone.motion import best_drive
 from gelcone.register.analyses import ANALYSES
 from tests.answers import result
+from tests.toys import STATED
 
 TEXT = (Path(__file__).parents[1] / "CONTRIBUTING.md").read_text(encoding="utf-8")
 DEVICE = """
@@ -26,7 +27,7 @@ quality_factor = 4
 voltage_amplitude = "0.4 kV"
 voltage_offset = "0.5 kV"
 frequency = "10 Hz"
-film = "wrinkling"
+film = "tests.toys:StatedCone"
 """
 SMALL = {
     "simulate": ["--periods", "3", "--film", "membrane"],
@@ -74,7 +75,8 @@ def test_the_law_obeys_its_energy(place):
 
 @pytest.mark.parametrize("name", [name for name in ANALYSES if name not in ("show", "locus")])
 def test_every_command_takes_a_device_of_it(name, place, command_line, undrawn, monkeypatch):
-    """A cone that wrinkles, quicker than the membrane, on which some run; a rest that is flat where one is needed."""
+    """A cone that wrinkles, quicker than the membrane, on which some run; a rest that is flat where one is needed. The
+    answer and its file state the errors of a fitted film."""
     for constant, few in (("COARSE", 4), ("FINE", 3), ("PEAKS", (0.5, 1.2, 3))):
         monkeypatch.setattr(best_drive, constant, few)
     analysis = ANALYSES[name]
@@ -83,12 +85,18 @@ def test_every_command_takes_a_device_of_it(name, place, command_line, undrawn, 
         analysis.command, "mine.toml", *SMALL.get(name, []), *flat, "--json", "--out", "results"
     )
     assert code == 0, err
-    result(out)
+    subject = result(out)["subject"]
     (written,) = (place / "results").glob("*.nc")
     shown = gelcone.load(written)
     own = gelcone.model_of(shown)
     assert own.law == gelcone.find_device("mine.toml").to_model().law
     assert set(np.ravel(own.values["fung_b"])) <= {0.1, 0.2}
+    stated = {error: shown.attrs.get(error) for error in STATED}
+    assert {error: subject[error] for error in STATED} == stated
+    if "membrane" in SMALL.get(name, []):
+        assert all(value > 0.0 for value in stated.values())
+    else:
+        assert stated == (dict.fromkeys(STATED) if "taut" in SMALL.get(name, []) else STATED)
 
 
 def test_it_is_set_in_python_and_on_the_command_line(place, command_line):

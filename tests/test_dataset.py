@@ -4,6 +4,7 @@ import ast
 import json
 import re
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from gelcone.dataset import (
     absent,
     attributes,
     columns,
+    film_errors,
     flags_of,
     label,
     model_of,
@@ -23,6 +25,7 @@ from gelcone.dataset import (
     outcome_array,
     with_initial,
 )
+from tests.toys import STATED
 
 
 def labelled(model, **variables):
@@ -189,6 +192,17 @@ def test_a_file_that_another_program_changed_is_refused_with_the_remedy(tmp_path
 def test_a_dataset_from_elsewhere_has_no_model():
     with pytest.raises(InputError, match="does not say which model"):
         model_of(xr.Dataset())
+
+
+def test_of_films_and_members_the_largest_stated_error_counts():
+    """A member without a film has none."""
+    model = ConeModel(film="tests.toys:StatedCone", second_film="tests.toys:StatedCone", voltage=[0.1, 0.2, 0.3])
+    own = model.members().own_numbers
+    stated = {"film_error": np.array([0.01, np.nan, 0.02]), "second_film_error": np.array([0.0, np.nan, 0.05])}
+    members = SimpleNamespace(own_numbers={name: own[name] for name in model.system.numbers} | stated)
+    errors = film_errors(SimpleNamespace(system=model.system, members=lambda: members))
+    assert errors == STATED | {"film_error": 0.05}
+    assert film_errors(ConeModel()) == {}
 
 
 def test_outcomes_are_flags_with_meanings():

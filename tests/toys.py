@@ -10,6 +10,7 @@ import numpy as np
 from gelcone import Bias, Circuit, Film, Port, Quantity, State, StrainEnergyLaw, Waveform
 from gelcone.physics.drive import VOLTAGE
 from gelcone.physics.film.film import Border
+from gelcone.physics.film.wrinkling import WrinklingCone
 
 
 @dataclass(frozen=True)
@@ -27,6 +28,18 @@ class PowerFilm(Film):
         stiffness = n["film_modulus"] * ((1.0 + s) ** self.exponent - 1.0)
         slope = n["film_modulus"] * self.exponent * (1.0 + s) ** (self.exponent - 1.0)
         return x * (stiffness - squared), stiffness - squared + 2.0 * s * slope
+
+
+class StatedCone(WrinklingCone):
+    """A cone with the stated errors of a film that is fitted to states, which takes seconds."""
+
+    name = "stated"
+
+    def numbers(self, parameters: Any) -> dict[str, Any]:
+        return super().numbers(parameters) | STATED
+
+
+STATED = {"film_error": 0.03, "gain_error": 0.07, "capacitance_error": 0.02}
 
 
 class ThreeHarmonics(Waveform):

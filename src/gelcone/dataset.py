@@ -49,6 +49,32 @@ class Findings(NamedTuple):
     outcome: npt.NDArray[np.int8]
 
 
+FILM_ERRORS = ("film_error", "gain_error", "capacitance_error")
+"""Attributes of results on films that are fitted to states: the stated relative errors of the force, of what a voltage
+takes from it, and of the capacitance in runs."""
+
+
+def film_errors(model: Ensemble) -> dict[str, float]:
+    """The `FILM_ERRORS` of a model, each the largest of its films and members; none for films in closed form."""
+    prefixes = [film.prefix for film in model.system.films if film.prefix + FILM_ERRORS[0] in model.system.numbers]
+    own = model.members().own_numbers if prefixes else {}
+    with np.errstate(invalid="ignore"):
+        return {
+            name: float(np.fmax.reduce([own[p + name] for p in prefixes], axis=None)) for name in FILM_ERRORS if own
+        }
+
+
+def film_errors_of(result: xr.Dataset) -> dict[str, float]:
+    """The `FILM_ERRORS` that a result states."""
+    return {name: result.attrs[name] for name in FILM_ERRORS if name in result.attrs}
+
+
+def single_values(model: Ensemble) -> dict[str, Any]:
+    """The components of a model and its parameters with one value, as plain data."""
+    one = {name: v for name, v in model.parameters().items() if name not in model.values or np.ndim(v) == 0}
+    return {name: "inf" if value == np.inf else value for name, value in one.items()}
+
+
 def member_dims(model: Ensemble) -> tuple[str, ...]:
     """Names of the ensemble's dims: none, ``member``, or ``member_0``, ``member_1``, ..."""
     rank = len(model.shape)
@@ -63,11 +89,13 @@ def label(
     outcome: Any = None,
     options: Mapping[str, Any],
     title: str,
+    errors: Mapping[str, float] | None = None,
 ) -> xr.Dataset:
     """Labels results of ``model`` as a Dataset.
 
     A variable whose values have the dims (members, ...) is reshaped to the ensemble; one given with exactly its own
-    dims (shared by all members) stays as it is.
+    dims (shared by all members) stays as it is. ``errors`` are the `FILM_ERRORS` of the films that ran, by default
+    those of the model.
     """
     import xarray as xr
 
@@ -83,12 +111,9 @@ def label(
             dims = members + dims
         return xr.DataArray(values, dims=dims, attrs=attributes(long_name, of))
 
-    scalars: dict[str, Any] = {}
     parameter_coords = {}
-    for name, value in model.parameters().items():
-        if name not in model.values or np.ndim(value) == 0:
-            scalars[name] = "inf" if value == np.inf else value
-        else:
+    for name, value in model.values.items():
+        if np.ndim(value):
             spread = np.broadcast_to(value, model.shape)
             attrs = attributes(model.system.parameters[name].meaning, "parameter")
             parameter_coords[name] = xr.DataArray(spread.copy(), dims=members, attrs=attrs)
@@ -100,9 +125,10 @@ def label(
         coords=parameter_coords | {name: array(spec) for name, spec in (coords or {}).items()},
         attrs={
             "title": title,
-            "model": json.dumps(scalars),
+            "model": json.dumps(single_values(model)),
             "options": json.dumps(dict(options)),
             "gelcone_version": __version__,
+            **(film_errors(model) if errors is None else errors),
         },
     )
     return name_dims(result, model.system)

@@ -144,7 +144,9 @@ def test_the_answer_says_what_it_is_about(pump):
     )  # fmt: skip
     ensemble = Subject(MODEL.replace(voltage=[0.5, 0.75, 1.0]), None, (0.25, 0.5))
     found = answer.plain(answer.answer_json("regime", {"kind": "made"}, shown, ensemble))
-    assert found["subject"] == {"device": None, "fields": None, "film": "taut", "members": 3, "initial": [0.25, 0.5]}
+    errors = dict.fromkeys(("film_error", "gain_error", "capacitance_error"))
+    about = {"device": None, "fields": None, "film": "taut", "members": 3, "initial": [0.25, 0.5]}
+    assert found["subject"] == about | errors
     assert found["parameters"]["voltage"] == [0.5, 0.75, 1.0]
     assert (found["command"], found["result"], found["units"]) == ("regime", {"kind": "made"}, None)
     assert found["outcome"] == ["ok", "pulled_in"]
@@ -232,7 +234,8 @@ def test_the_heading_states_the_error_of_a_film_that_stays_the_same():
     device = gelcone.find_device("biased-pump")
     subject, plain = Subject(device.to_model(), device), Subject(device.to_model())
     own = subject.model.own_numbers
-    stated = f"its force is known to {own['film_error']:.1%}, what a voltage takes from it to {own['gain_error']:.1%}"
+    stated = f"its force is known to {own['film_error']:.1%}, what a voltage takes from it to {own['gain_error']:.1%}, "
+    stated += f"its capacitance to {own['capacitance_error']:.1%}"
     for kept in ((), ("frequency",), ("spring_rate", "payload")):
         assert stated in " ".join(line.strip() for line in answer.heading(subject, kept))
     for varied in ("hoop_prestretch", "prestretch", "film_radius", "disc_radius", "material.stretch_limit", "material"):

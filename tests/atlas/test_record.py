@@ -130,8 +130,10 @@ def test_the_store_of_a_device_is_shown_in_its_units(monkeypatch):
 def test_a_sweep_says_where_its_cells_begin_and_what_it_was_asked():
     plan = Plan(ConeModel(), {"voltage": [0.4, 0.8]}, (0.5, 0.25), options={"budget": 99.0})
     fields = {"status": Field((), np.array([Status.COMPUTED] * 2), {}), "outcome": Field((), np.zeros(2), {})}
-    found = module.label(plan, find_analysis("regime"), fields, np.array([0, 0]), Tally(2), "a title")
+    found = module.label(
+        plan, find_analysis("regime"), fields, np.array([0, 0]), Tally(2), "a title", {"film_error": 0.1}
+    )
     options = json.loads(found.attrs["options"])
     assert (options["initial"], options["budget"], found.attrs["title"]) == ([0.5, 0.25], 99.0, "a title")
     assert found["source"].values.tolist() == [0, 0]
-    assert found.attrs["analysis"] == "regime"
+    assert (found.attrs["analysis"], found.attrs["film_error"]) == ("regime", 0.1)

@@ -221,6 +221,19 @@ def test_the_difference_of_two_plans_in_words(stored, asked, said):
     assert difference(stored, asked) == said
 
 
+def test_a_store_is_resumed_where_the_stated_errors_of_films_are_rounded_otherwise(tmp_path):
+    plans = [{"gelcone_version": "1", "over": {"x": [1.0, 2.0]}, "film_errors": {"film_error": e}} for e in (0.1, 0.2)]
+    with open_store(tmp_path / "s", plans[0], ("x",), (2,), resume=False):
+        pass
+    with open_store(tmp_path / "s", plans[1], ("x",), (2,), resume=True):
+        assert read_plan(tmp_path / "s") == plans[0]
+    with (
+        pytest.raises(InputError, match="over: x"),
+        open_store(tmp_path / "s", plans[1] | {"over": {"x": [1.0, 3.0]}}, ("x",), (2,), resume=True),
+    ):
+        pass
+
+
 def test_what_stands_for_nothing():
     assert np.isnan(fill_of(np.float64))
     assert fill_of(np.int8) == -1

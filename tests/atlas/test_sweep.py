@@ -33,6 +33,7 @@ from gelcone.physics.model import ConeModel
 from gelcone.register.analyses import find_analysis, sweepable
 from tests import recorded
 from tests.recorded import numbers
+from tests.toys import STATED, StatedCone
 
 FAST = ConeModel(damping_ratio=0.05, spring_stiffness=0.5, drive_frequency=0.3)
 QUICK = {"transient": 100.0, "budget": 300.0, "patience": 100.0}
@@ -640,6 +641,28 @@ def test_workers_are_checked():
         sweep(Plan(ConeModel(), {"voltage": [0.1, 0.2]}), "limits", workers=2)
     with pytest.raises(InputError, match="threads = 0"):
         workers.threads(0)
+
+
+class Thinner(StatedCone):
+    """A film whose stated error follows from its pre-stretch."""
+
+    name = "thinner"
+
+    def numbers(self, parameters):
+        own = super().numbers(parameters)
+        return own | {"film_error": 0.01 * np.sqrt(own["B"])}
+
+
+def test_a_sweep_states_the_largest_error_of_the_films_of_its_cells(tmp_path):
+    """In memory, from a store and of its draws; a bifurcation diagram, too, also where the model itself has another."""
+    model = FAST.replace(film=Thinner(), hoop_prestretch=2.0)
+    plan = Plan(model, {"hoop_prestretch": [1.1, 1.4]})
+    found = sweep(plan, "limits", store=tmp_path / "s", threads=1)
+    drawn = sweep(Plan(model, {"voltage": [0.1, 0.2]}, draws={"hoop_prestretch": [1.3, 1.2]}), "limits", threads=1)
+    diagram = gelcone.bifurcation(model, "hoop_prestretch", [1.1, 1.5], sweeps=[], bisections=0, **QUICK)
+    for result, stated in ((found, 0.014), (show(tmp_path / "s"), 0.014), (drawn, 0.013), (diagram, 0.015)):
+        assert result.attrs["film_error"] == pytest.approx(stated)
+        assert result.attrs["gain_error"] == STATED["gain_error"]
 
 
 def test_a_store_of_another_version_says_so(tmp_path, monkeypatch):

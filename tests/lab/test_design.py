@@ -19,6 +19,7 @@ from gelcone.lab.candidates import LIMITS, examine
 from gelcone.lab.wish import FIRST_WISH, Objective, read_wish, with_samples
 from tests.lab.certified import CERTIFIED
 from tests.lab.quick_design import quick_design
+from tests.toys import STATED
 
 CASE = CERTIFIED["design"]
 WISH = FIRST_WISH.replace("{file}", "wish.toml")
@@ -389,6 +390,9 @@ def test_designs_say_of_each_number_what_was_found(monkeypatch, wish):
     assert (result["stroke"].attrs["units"], result["stroke"].attrs["quantity"]) == ("mm", "length")
     assert all("long_name" in variable.attrs for variable in result.variables.values())
     assert (result.attrs["nominal_probability"], json.loads(result.attrs["left_out"])) == (0.3, ["it burns"])
+    fitted = rows[1]._replace(device=device.replace_quietly(film="tests.toys:StatedCone"))
+    assert STATED.items() <= designs._labelled(own, [fitted, fitted], 4, {}).attrs.items()
+    assert "film_error" not in result.attrs
     several = designs._labelled(own, [rows[1], rows[0], rows[1]], 4, {})
     assert [one.name for one in gelcone.designed_devices(several)] == [f"{own.name} 1", f"{own.name} 2"]
     assert several["design"].values.tolist() == [1, 2]

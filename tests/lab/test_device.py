@@ -12,6 +12,7 @@ from gelcone.lab.bench import DeviceTest
 from gelcone.lab.device import WIDE, read_free
 from gelcone.lab.device_tests import DeviceTests
 from tests.lab.made_up_fit import COVARIANCE, FREE, POWERS, PUMP, by_powers, made_up_problem
+from tests.toys import STATED
 
 
 def test_priors_are_shares_of_the_value_and_wide_where_none_is_given():
@@ -57,7 +58,7 @@ def test_a_fit_says_what_it_leaves_and_more_where_chi2_refuses_it(monkeypatch, p
     problem = made_up_problem()
     fits = [
         SimpleNamespace(objective=one, p_value=p_value, chi2=72.0, covariance=COVARIANCE, logs=logs * one,
-                        problem=problem, device=PUMP) for one in (2.0, 1.0)
+                        problem=problem, device=PUMP.replace(film="tests.toys:StatedCone")) for one in (2.0, 1.0)
     ]  # fmt: skip
     monkeypatch.setattr(module, "_fitted", lambda problems: (dict(zip(problems, fits, strict=True)), {}))
     monkeypatch.setattr(module, "_problem", lambda *_: problem)
@@ -83,6 +84,7 @@ def test_a_fit_says_what_it_leaves_and_more_where_chi2_refuses_it(monkeypatch, p
     attrs = found.attrs
     assert (attrs["chosen"], attrs["refused"], attrs["highest_voltage"]) == ("wrinkling film", int(wider > 1.0), 900.0)
     assert (attrs["chi2"], attrs["p_value"], attrs["readings"]) == (72.0, p_value, 8)
+    assert {name: attrs[name] for name in STATED} == STATED
 
 
 def test_the_ends_of_a_profile_are_those_of_the_unknown_that_was_asked_for(monkeypatch):

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 WIDTH = 118
 """Columns of a text."""
-_EVERYWHERE = ("title", "model", "options", "gelcone_version", "device", DEVICE)
+_EVERYWHERE = ("title", "model", "options", "gelcone_version", "device", DEVICE, *dataset.FILM_ERRORS)
 """Attributes of every result, for which the JSON object has places of its own."""
 
 
@@ -61,6 +61,7 @@ def answer_json(command: str, content: Mapping[str, Any], shown: xr.Dataset, sub
             "device": None if device is None else device.name,
             "fields": None if device is None else device.parameters(),
             "film": subject.model.film.name,
+            **{name: shown.attrs.get(name) for name in dataset.FILM_ERRORS},
             "members": subject.model.size,
             "initial": initial_json(subject),
         },
@@ -270,8 +271,9 @@ def heading(subject: Subject, swept: Iterable[Any] = ()) -> list[str]:
     for k, film in enumerate(system.films):
         if same and film.prefix + "film_error" in system.numbers:
             own = subject.model.own_numbers
-            known, gain = (np.max(own[film.prefix + name]) for name in ("film_error", "gain_error"))
-            abouts[k] += f"; its force is known to {known:.1%}, what a voltage takes from it to {gain:.1%}"
+            known, gain, area = (np.max(own[film.prefix + name]) for name in dataset.FILM_ERRORS)
+            abouts[k] += f"; its force is known to {known:.1%}, what a voltage takes from it to {gain:.1%}, "
+            abouts[k] += f"its capacitance to {area:.1%}"
     if subject.device is None and system.films[0].film.name == "taut":
         abouts[0] += ", the default without a device; --film membrane wrinkles, as the film of devices does"
     about, *seconds = abouts

@@ -225,7 +225,8 @@ def _label(plan: Plan, branches: dict[str, Evidence]) -> xr.Dataset:
         labelled.append(branch.assign_coords({name: (name, values, attrs)}))
     followed = dataset.attributes("direction of the sweep, or the state that every point starts from", "code")
     result = xr.concat(labelled, dim=xr.DataArray(list(branches), dims="branch", name="branch", attrs=followed))
-    result.attrs = dataset.label(plan.cone, {}, options=_options(plan), title="bifurcation diagram").attrs
+    errors, title = dataset.film_errors(model), "bifurcation diagram"
+    result.attrs = dataset.label(plan.cone, {}, options=_options(plan), title=title, errors=errors).attrs
     return result.assign_attrs(parameter=name, **({} if plan.device is None else device_attributes(plan.device)))
 
 

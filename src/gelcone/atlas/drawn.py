@@ -125,7 +125,8 @@ def over_draws(
             found = sweep(plan, analysis, workers=in_threads(threads), progress=progress)
         else:
             run = _windows if analysis == "envelope" else _responses
-            found = _labelled(plan, analysis, *run(_Drawn(plan), options, threads, progress))
+            errors = dataset.film_errors(members)
+            found = _labelled(plan, analysis, errors, *run(_Drawn(plan), options, threads, progress))
             found = said_in_proportion(found, plan.cone.system) if analysis == "envelope" else found
     found = found.assign_attrs(membranes=json.dumps(None if between is None else vars(between)))
     return found if plan.device is None else to_si(found, plan.device)
@@ -157,7 +158,12 @@ class _Drawn:
 
 
 def _labelled(
-    plan: Plan, analysis: str, variables: Mapping[str, Variable], outcome: Array, options: Mapping[str, Any]
+    plan: Plan,
+    analysis: str,
+    errors: Mapping[str, float],
+    variables: Mapping[str, Variable],
+    outcome: Array,
+    options: Mapping[str, Any],
 ) -> xr.Dataset:
     """The result of all draws. Variables are (draws, ...) with the dims after the draws given, or common to all."""
     scales = None if plan.device is None else at(plan.device, plan.grid).scales
@@ -169,7 +175,7 @@ def _labelled(
         if each and scales is not None:
             own, attrs = shown_values(own, attrs, scales)
         columns[name] = (("draw", *dims) if each else dims, own, attrs)
-    result = over_axes(plan, columns, options, f"draws: {analysis}")
+    result = over_axes(plan, columns, options, f"draws: {analysis}", errors)
     result["outcome"] = dataset.outcome_array(outcome.astype(np.int8), ("draw",))
     return result.assign_attrs(analysis=analysis)
 

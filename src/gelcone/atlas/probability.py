@@ -57,7 +57,8 @@ def probability(cells: xr.Dataset, kind: Regime = Regime.CHAOTIC, *, confidence:
     low, high = share_interval(k, n, confidence)
     share = np.where(n > 0, k / np.maximum(n, 1), np.nan)
     options = {"kind": kind.label, "confidence": confidence}
-    result = dataset.label(dataset.model_of(cells), {}, options=options, title=f"probability: {kind.label}")
+    title, errors = f"probability: {kind.label}", dataset.film_errors_of(cells)
+    result = dataset.label(dataset.model_of(cells), {}, options=options, title=title, errors=errors)
     table: dataset.Table = {
         "probability": (share, f"probability that the motion is {kind.label}", "share"),
         "low": (low, f"lower end of its {100.0 * confidence:g} % interval", "share"),

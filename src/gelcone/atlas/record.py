@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,7 @@ import numpy.typing as npt
 from gelcone import dataset
 from gelcone._version import __version__
 from gelcone.atlas.plan import Plan, about
-from gelcone.atlas.store import Field, Status, Store, read_plan
+from gelcone.atlas.store import FILM_ERRORS, Field, Status, Store, read_plan
 from gelcone.codes import Outcome
 from gelcone.devices.analysis import analysis, scaled
 from gelcone.devices.device import Device
@@ -67,19 +67,27 @@ class Tally:
         }
 
 
-def plan_record(plan: Plan, analysis: Analysis, coarsest: int | None, keep: Sequence[str] = ()) -> dict[str, Any]:
-    """All that determines the numbers, as plain data; with all options, also those left at their defaults."""
+def plan_record(
+    plan: Plan,
+    analysis: Analysis,
+    coarsest: int | None,
+    keep: Sequence[str] = (),
+    errors: Mapping[str, float] | None = None,
+) -> dict[str, Any]:
+    """All that determines the numbers, as plain data; with all options, also those left at their defaults, and the
+    stated ``errors`` of the films of all cells."""
     record = {
         "gelcone_version": __version__,
         "analysis": analysis.name,
         "device": None if plan.device is None else plan.device.parameters(),
-        "model": json.loads(dataset.label(plan.cone, {}, options={}, title="").attrs["model"]),
+        "model": dataset.single_values(plan.cone),
         "over": {name: values.tolist() for name, values in plan.over.items()},
         "draws": {name: values.tolist() for name, values in plan.draws.items()},
         "initial": plan.initial,
         "options": analysis.settings(plan.options),
         "coarsest": coarsest,
         "keep": list(keep),
+        FILM_ERRORS: dict(errors or {}),
     }
     plain: dict[str, Any] = json.loads(json.dumps(record))
     return plain
@@ -93,6 +101,7 @@ class StoredSweep:
     analysis: str
     coarsest: int | None
     keep: tuple[str, ...]
+    film_errors: Mapping[str, float] = field(default_factory=dict)
 
 
 def stored_sweep(path: str | Path) -> StoredSweep:
@@ -112,7 +121,8 @@ def stored_sweep(path: str | Path) -> StoredSweep:
     subject = model if record["device"] is None else Device(**record["device"])
     options = {name: scaled(value) for name, value in record["options"].items()}
     plan = Plan(subject, record["over"], record["initial"], record["draws"], options)
-    return StoredSweep(plan, record["analysis"], record["coarsest"], tuple(record["keep"]))
+    errors = record.get(FILM_ERRORS, {})
+    return StoredSweep(plan, record["analysis"], record["coarsest"], tuple(record["keep"]), errors)
 
 
 @analysis(takes="store", answers="grids", examples=("map.zarr --out results",))
@@ -151,7 +161,8 @@ def show(path: str | Path) -> xr.Dataset:
     computed, inferred = (status == of for of in (Status.COMPUTED, Status.INFERRED))
     failed = computed & (fields["outcome"].values != Outcome.OK)
     tally = Tally(plan.size, computed=int(computed.sum()), inferred=int(inferred.sum()), failed=int(failed.sum()))
-    found = label(plan, find_analysis(stored.analysis), fields, None, tally, f"sweep: {stored.analysis}")
+    title = f"sweep: {stored.analysis}"
+    found = label(plan, find_analysis(stored.analysis), fields, None, tally, title, stored.film_errors)
     found = with_names_of_today(found)
     return found if plan.device is None else to_si(found, plan.device)
 
@@ -175,8 +186,10 @@ def label(
     sources: npt.NDArray[np.intp] | None,
     tally: Tally,
     title: str,
+    errors: Mapping[str, float],
 ) -> xr.Dataset:
-    """The cells of a sweep as a Dataset over the plan's axes, with all that is needed to run it again."""
+    """The cells of a sweep as a Dataset over the plan's axes, with all that is needed to run it again and the stated
+    ``errors`` of their films."""
     options = {"initial": plan.initial, **analysis.settings(plan.options)}
     if sources is not None:
         whose = dataset.attributes("flattened index of the cell whose values it carries", "code")
@@ -185,15 +198,17 @@ def label(
         name: (plan.dims + f.dims, f.values.reshape(plan.shape + f.values.shape[1:]), dict(f.attributes))
         for name, f in fields.items()
     }
-    result = over_axes(plan, variables, options, title)
+    result = over_axes(plan, variables, options, title, errors)
     refused = (fields["outcome"].values == Outcome.IMPOSSIBLE) & (fields["status"].values == Status.COMPUTED)
     own = {"impossible": plan.refusal(int(refused.argmax()))} if refused.any() else {}
     return result.assign_attrs(analysis=analysis.name, totals=json.dumps(tally.record()), **own)
 
 
-def over_axes(plan: Plan, variables: Mapping[str, Any], options: Mapping[str, Any], title: str) -> xr.Dataset:
-    """Variables over a plan's axes as a Dataset with its model, options and device."""
-    result = dataset.label(plan.cone, {}, options=options, title=title)
+def over_axes(
+    plan: Plan, variables: Mapping[str, Any], options: Mapping[str, Any], title: str, errors: Mapping[str, float]
+) -> xr.Dataset:
+    """Variables over a plan's axes as a Dataset with its model, options, device and the ``errors`` of its films."""
+    result = dataset.label(plan.cone, {}, options=options, title=title, errors=errors)
     axes = {name: (f.dims, f.values, dict(f.attributes)) for name, f in coordinates(plan).items()}
     result = dataset.name_dims(result.assign_coords(axes).assign(variables), plan.cone.system)
     return result if plan.device is None else result.assign_attrs(device_attributes(plan.device))

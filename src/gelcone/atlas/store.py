@@ -27,6 +27,8 @@ TILE_CELLS = 16384
 """Largest number of cells of a tile, which is equally wide along each axis."""
 PLAN = "gelcone_plan"
 VERSION = "gelcone_version"
+FILM_ERRORS = "film_errors"
+"""Entry of a plan that follows from the others, but for rounding, in which machines differ."""
 """The entry of a plan that names the version which wrote it."""
 COMPRESSION = 3
 LOCK = "gelcone.lock"
@@ -176,7 +178,7 @@ def open_store(
     resume = resume and not (path.is_dir() and holds_nothing(path))
     if resume:
         found = read_plan(path)
-        if found != plan:
+        if found | {FILM_ERRORS: None} != plan | {FILM_ERRORS: None}:
             raise _another(path, found, plan)
     else:
         with _explained(path):

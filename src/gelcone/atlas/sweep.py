@@ -131,14 +131,14 @@ def sweep(
         raise InputError(f"workers: was given {described(workers)}; give gelcone.cluster(workers=N), or threads=N")
     if workers is not None and threads is not None:
         raise InputError(f"threads = {threads}: workers are given too; give one of them")
-    report = _reporter(watch, progress)
+    report, errors = _reporter(watch, progress), dataset.film_errors(models)
     compute_cells = partial(_task, replace(plan, options=options), found, tuple(keep))
     cells = _Cells(plan, found.kinds, possible)
     with ExitStack() as stack:
         if store is not None and GELS in plan.over:
             raise InputError("store: keeps no sweep over gels; leave it out, or sweep the numbers of the material")
         if store is not None:
-            record = plan_record(plan, found, coarsest, keep)
+            record = plan_record(plan, found, coarsest, keep, errors)
             cells.keep_in(stack.enter_context(open_store(Path(store), record, plan.dims, plan.shape, resume=resume)))
         team = stack.enter_context((workers or usual_workers(plan.size, threads))())
         begun = time.monotonic()
@@ -152,7 +152,7 @@ def sweep(
         cells.infer(refined)
         totals = replace(cells.tally, seconds=time.monotonic() - begun)
         report(totals)
-    return label(plan, found, cells.fields, refined.sources, totals, f"sweep: {analysis}")
+    return label(plan, found, cells.fields, refined.sources, totals, f"sweep: {analysis}", errors)
 
 
 def check_sweepable(analysis: Analysis, plan: Plan, coarsest: int | None, keep: Sequence[str]) -> dict[str, Any]:

@@ -76,7 +76,8 @@ def tolerances(cells: xr.Dataset) -> xr.Dataset:
     named = ("stroke", "stroke_low", "stroke_high")
     ends = (f"{end} end of the 95 % interval of the stroke" for end in ("lower", "upper"))
     meanings = ("stroke, peak to peak", *ends)
-    result = dataset.label(dataset.model_of(cells), {}, options={}, title="tolerances")
+    errors = dataset.film_errors_of(cells)
+    result = dataset.label(dataset.model_of(cells), {}, options={}, title="tolerances", errors=errors)
     result = result.assign(dataset.columns(at, table)).assign(
         {
             name: ((*dims, "quantile"), quantiles[..., k, :], of | {"long_name": meaning})

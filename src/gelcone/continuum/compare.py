@@ -112,7 +112,7 @@ def validate(
     result = compare(
         film, ratio, displacements=x, voltages=levels, wrinkles=wrinkles, elements=elements, progress=progress
     )
-    return with_mesh_table(result, ratio)
+    return with_mesh_table(result, ratio).assign_attrs(dataset.film_errors(model))
 
 
 def compare(

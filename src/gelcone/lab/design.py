@@ -36,6 +36,7 @@ from gelcone.lab.front import (
 from gelcone.lab.wish import Wish, with_samples
 from gelcone.motion.envelope import envelope
 from gelcone.motion.settled import settled
+from gelcone.physics.model import ConeModel
 from gelcone.progress import Counted, Progress, weighted
 from gelcone.quantity import Array
 
@@ -252,6 +253,12 @@ def quiet_input() -> Iterator[None]:
         yield
 
 
+def _film_errors(models: Sequence[ConeModel]) -> dict[str, float]:
+    """The largest of the stated errors of the films of designs."""
+    each = [dataset.film_errors(model) for model in models]
+    return {name: max(own[name] for own in each) for name in each[0]} if each else {}
+
+
 def traps(wish: Wish, seed: int) -> dict[str, float]:
     """Objective -> probability of the design that is best in it without uncertainty; objectives that depend on no free
     field are left out."""
@@ -341,5 +348,6 @@ def _labelled(wish: Wish, rows: Sequence[Row], seed: int, trap: Mapping[str, flo
             "samples": json.dumps(_stored(wish)),
             "seed": seed,
             "gelcone_version": __version__,
+            **_film_errors([row.device.to_model() for row in good]),
         },
     )

@@ -117,7 +117,11 @@ def plan_device(
     nominal = np.zeros(problem.priors.size)
     predicted = predictions_of(problem, nominal, plan.covariance, asked)
     result = _planned(problem, plan, nominal, plan.left).merge(predicted)
-    about = {"title": f"device plan: {device.name}", "film": str(problem.device.film), **_about(problem)}
+    about = {
+        "title": f"device plan: {device.name}",
+        "film": str(problem.device.film),
+        **_about(problem, problem.device),
+    }
     return result.assign_attrs(predicted.attrs | about | {"planned": device.to_toml()})
 
 
@@ -201,7 +205,7 @@ def fit_device(
         highest_voltage=max(float(np.abs(v).max()) for v in commanded) if commanded else 0.0,
         fitted=best.device.to_toml(),
         impossible=json.dumps(impossible),
-        **_about(best.problem),
+        **_about(best.problem, best.device),
     )
 
 
@@ -325,12 +329,13 @@ def _one_too_many(moved: set[str]) -> str:
 # --- the result -------------------------------------------------------------------------------------------------------
 
 
-def _about(problem: Problem) -> dict[str, Any]:
+def _about(problem: Problem, device: Device) -> dict[str, Any]:
     return {
         "tests": json.dumps([test.name for test in problem.tests]),
         "readings": int(problem.values.size),
         "reading": json.dumps(notes_of((test.name, test.name, test.notes) for test in problem.tests)),
         "gelcone_version": __version__,
+        **dataset.film_errors(device.to_model()),
     }
 
 

@@ -52,8 +52,8 @@ def sense(
     NaN for a capacitance that the film does not reach within that.
 
     The capacitance of a membrane is that of its states by finite elements, as in `film`; their error, 2e-4 of the
-    capacitance, is added to the uncertainty. Runs have a fitted capacitance, which may differ by a per cent and so
-    mean another displacement.
+    capacitance, is added to the uncertainty. Runs have a fitted capacitance, which differs by the ``capacitance_error``
+    of their results and so means another displacement.
 
     Raises
     ------

@@ -18,6 +18,7 @@ from gelcone.atlas.branches.varied import vary
 from gelcone.motion.orbit import Kind
 from gelcone.presets import find_preset
 from tests.atlas.branches import maps
+from tests.toys import STATED
 
 REFERENCES = {
     r["key"]: r
@@ -235,6 +236,8 @@ def test_curves_have_their_values_in_the_units_of_both_fields(monkeypatch):
     np.testing.assert_allclose(result["event_multiplier_imag"], 0.0, atol=1e-15)
     np.testing.assert_allclose(result["event_orbit"], [special[0][0].nodes[0]])
     assert (result.attrs["parameters"], result.attrs["event"]) == ("frequency,film_thickness", "fold")
+    stated = locus._label(vary(PUMP.replace(film="tests.toys:StatedCone"), PAIR), [folds, breaks], {})
+    assert STATED.items() <= stated.attrs.items()
 
 
 def across_from(begin):

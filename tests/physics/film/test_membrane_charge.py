@@ -5,6 +5,9 @@ import pytest
 
 from gelcone import ConeModel, Outcome, simulate
 from gelcone.membrane import force as formulas
+from gelcone.membrane.elements import Elements
+from gelcone.membrane.gel import Gel
+from gelcone.membrane.profile import held
 from gelcone.physics.differentiate import evaluated
 from gelcone.physics.film import membrane_charge
 from gelcone.physics.film.membrane import MembraneFilm
@@ -48,6 +51,19 @@ def test_it_is_that_of_the_energy(name):
     assert np.sqrt(np.mean(np.square(error / exact))) < 3e-4
     kinds = film.state(x, np.sqrt(V), [], n).kind
     assert set(np.unique(kinds)) >= ({0, 3} if name == "strong hoop" else {0, 1})
+
+
+@pytest.mark.parametrize("name", FILMS)
+def test_the_stated_error_covers_that_of_states_by_finite_elements(name):
+    film, n = film_of(name)
+    elements = Elements(Gel(film.law, n, n["A"], n["B"]), n["radius_ratio"])
+    x, share = np.random.default_rng(7).uniform((0.02, 0.0), (0.98, 0.95), (24, 2)).T
+    x = film.reach(n)[1] * x
+    V = np.minimum(film.highest_squared(x, n), 1.5) * np.square(share)
+    states = held(elements, x, V)
+    error = np.abs(film.fitted_capacitance(x, V, [], n) / elements.measures(states).area - 1.0)[states.found]
+    assert error.size > 12
+    assert error.max() < n["capacitance_error"] < 0.1
 
 
 @pytest.mark.parametrize("name", ["unstretched", "strong hoop"])

@@ -180,7 +180,7 @@ def _plan(varied: Varied, options: Mapping[str, Any], start: Any) -> dict[str, A
     return {
         "gelcone_version": __version__,
         "analysis": "continue_branch",
-        "model": json.loads(dataset.label(varied.plan.cone, {}, options={}, title="").attrs["model"]),
+        "model": json.loads(json.dumps(dataset.single_values(varied.plan.cone))),
         "device": None if varied.device is None else varied.device.parameters(),
         "options": {**options, **begin},
     }
@@ -347,7 +347,9 @@ def _label(varied: Varied, tree: Tree, runs: Runs, checked: Checked, options: di
         "checked_orbits": ((), checked.orbits, "stable orbits near which runs started", "count"),
         "seeded": ((), checked.seeded, "branches that a settled cycle started", "count"),
     }
-    result = dataset.label(varied.plan.cone, variables, outcome=np.array(Outcome.OK), options=options, title=TITLE)
+    errors = varied.film_errors(np.concatenate([branch.values for branch in branches]))
+    outcome = np.array(Outcome.OK)
+    result = dataset.label(varied.plan.cone, variables, outcome=outcome, options=options, title=TITLE, errors=errors)
     for variable in result.variables.values():
         place = PLACES.get(str(next(iter(variable.dims), "")))
         if place:

@@ -272,8 +272,9 @@ def _label(varied: Varied, curves: list[Curve], options: dict[str, Any]) -> xr.D
         variables[name] = (each, values[k], "", varied.attributes(k))
         variables[f"event_{place}"] = (at, own_values, "", varied.attributes(k))
         variables[f"event_{place}_error"] = (at, errors, "error of the value", varied.attributes(k))
-    cone = varied.plan.cone
-    result = dataset.label(cone, variables, outcome=np.array(Outcome.OK), options=options, title="locus")
+    errors = varied.film_errors(*np.concatenate([[point.values for point in curve.points] for curve in curves]).T)
+    cone, outcome = varied.plan.cone, np.array(Outcome.OK)
+    result = dataset.label(cone, variables, outcome=outcome, options=options, title="locus", errors=errors)
     result["orbit"].attrs |= varied.along(*varied.names)
     result["event_orbit"].attrs |= varied.along("event_first", "event_second")
     return result.assign_attrs(parameters=",".join(varied.names), event=curves[0].kind.words, **varied.about)

@@ -81,9 +81,10 @@ class MembraneFilm(BranchedFilm):
         law = self.law.numbers(parameters)
         own = self._ring.numbers(parameters)
         table = numbers_of(self.law, law, parameters["radius_ratio"], own["A"], own["B"])
-        charges = membrane_charge.numbers_of(self._area_of, own, table, self.law)
+        ratio = {"radius_ratio": parameters["radius_ratio"]}
+        charges = membrane_charge.numbers_of(self._area_of, own | ratio, table, self.law)
         even = np.where((own["A"] >= own["B"]) | (own["B"] <= 1.0), 1.0, 0.0)  # as `Gel.has_rims`, of arrays
-        more = {"radius_ratio": parameters["radius_ratio"], "even_slack": even}
+        more = ratio | {"even_slack": even}
         return own | table | charges | dict.fromkeys(self.switch_names, 1.0) | more | self.viscous.numbers(parameters)
 
     @property

@@ -5,7 +5,8 @@ The energy is the integral of the force over the height, and has no closed form.
 
     capacitance = (1 + s) [P(u, q) + rim^2 P1(u, q) + whole^2 P2(u, q)]
 
-since the second derivative of the charge, too, has a kink where a hoop falls slack.
+since the second derivative of the charge, too, has a kink where a hoop falls slack. ``capacitance_error`` is the stated
+relative error, that of states by finite elements times a margin.
 """
 
 from __future__ import annotations
@@ -21,8 +22,13 @@ from numpy.polynomial import chebyshev
 from gelcone import disk_cache
 from gelcone.membrane import force as formulas
 from gelcone.membrane import made
+from gelcone.membrane.elements import Elements
+from gelcone.membrane.gel import Gel
 from gelcone.membrane.least_squares import chebyshev_to_powers, products, solved
+from gelcone.membrane.profile import held
+from gelcone.membrane.table import ELEMENT_ERROR
 from gelcone.physics.component import Numbers
+from gelcone.physics.laws import StrainEnergyLaw
 from gelcone.quantity import Array
 
 KIND = disk_cache.CHARGES
@@ -38,6 +44,12 @@ BORDER = 10.0
 FLOOR = 0.05
 """Added to the change of the capacitance before its relative error is taken."""
 SMALLEST = 1e-12
+CHECKED_HEIGHTS, CHECKED_SHARES = 5, (0.0, 0.5, 0.8, 0.95)
+"""States at which the capacitance is compared with that of finite elements: heights in each piece, and shares of the
+voltage at which the film falls slack or pulls in there."""
+MARGIN = 3.0
+"""Ratio of the stated error to the largest at these states."""
+ERROR = "capacitance_error"
 
 Area = Callable[[Array, Array], Array]
 """Capacitance over s and V."""
@@ -45,8 +57,8 @@ Area = Callable[[Array, Array], Array]
 
 @cache
 def names() -> tuple[str, ...]:
-    """Names of all coefficients, piece by piece."""
-    return tuple(name for piece in formulas.PIECES for part in PARTS for name in _names(piece, part).ravel())
+    """Names of all coefficients, piece by piece, and of the stated error."""
+    return *(name for piece in formulas.PIECES for part in PARTS for name in _names(piece, part).ravel()), ERROR
 
 
 @cache
@@ -67,11 +79,12 @@ def capacitance(piece: str, s: Any, own: formulas.Spot, n: Numbers, behind: Sequ
 
 
 def numbers_of(
-    area: Callable[[Numbers], Area], own: Mapping[str, Any], of_table: Mapping[str, Any], law: object
+    area: Callable[[Numbers], Area], own: Mapping[str, Any], of_table: Mapping[str, Any], law: StrainEnergyLaw
 ) -> dict[str, Any]:
     """Fit the coefficients of films, in the shape of the numbers ``of_table``.
 
-    ``area`` returns the capacitance of a film with given numbers; ``own`` are the numbers of its gel.
+    ``area`` returns the capacitance of a film with given numbers; ``own`` are the numbers of its gel and its
+    ``radius_ratio``.
     """
     shape = np.shape(of_table["film_error"])
     gel = [made.rounded(np.broadcast_to(value, shape) if shape else np.ravel(value)[0]) for value in own.values()]
@@ -83,13 +96,15 @@ def numbers_of(
 
 
 @lru_cache(maxsize=made.MOST)
-def _made(area: Callable[[Numbers], Area], table_names: tuple[str, ...], row: bytes, law: object) -> tuple[float, ...]:
-    """The coefficients of one film, in the order of their names."""
+def _made(
+    area: Callable[[Numbers], Area], table_names: tuple[str, ...], row: bytes, law: StrainEnergyLaw
+) -> tuple[float, ...]:
+    """The coefficients of one film and their error, in the order of their names."""
 
     def make() -> bytes:
         n = dict(zip(table_names, np.frombuffer(row).tolist(), strict=True))
-        fits = [_fitted(piece, area(n), n) for piece in formulas.PIECES]
-        return np.concatenate(fits).tobytes()
+        values = np.concatenate([_fitted(piece, area(n), n) for piece in formulas.PIECES])
+        return np.append(values, _error(law, n | dict(zip(names(), values.tolist(), strict=False)))).tobytes()
 
     sources = (Path(__file__).parent, Path(formulas.__file__).parent, type(law))
     return tuple(np.frombuffer(disk_cache.made(KIND, (law, row), make, sources)).tolist())
@@ -116,12 +131,32 @@ def _fitted(piece: str, area: Area, n: Numbers) -> Array:
 
 def _places(piece: str, n: Numbers) -> tuple[Array, Array, Array]:
     """s, V and weights of a piece: Chebyshev points in u, and in V up to where the film ends."""
-    grid = np.linspace(0.0, np.sqrt(n["reach_squared"]), PLACES) ** 2
-    u = n[f"{piece}_scale"] * formulas.place(piece, grid, n)[0] + n[f"{piece}_offset"]
-    s = np.interp(chebyshev.chebpts1(HEIGHTS), u, grid)
-    with np.errstate(invalid="ignore"):
-        end = formulas.tension(s, 0.0, n) if piece == "near" else formulas.pull_in(s, n)
     share = 0.5 - 0.5 * np.cos(np.pi * np.arange(VOLTAGES) / (VOLTAGES - 1.0))
-    V = np.maximum(end, 0.0)[:, None] * share * TOP
+    s, end = _ends(piece, chebyshev.chebpts1(HEIGHTS), n)
+    V = end[:, None] * share * TOP
     weight = np.where(share == 1.0, BORDER if piece == "near" else 1.0, 1.0) + 0.0 * V
     return np.repeat(s, VOLTAGES), V.ravel(), weight.ravel()
+
+
+def _ends(piece: str, u: Array, n: Numbers) -> tuple[Array, Array]:
+    """s at ``u`` of a piece, and the V at which the film falls slack or pulls in there."""
+    grid = np.linspace(0.0, np.sqrt(n["reach_squared"]), PLACES) ** 2
+    s = np.interp(u, n[f"{piece}_scale"] * formulas.place(piece, grid, n)[0] + n[f"{piece}_offset"], grid)
+    with np.errstate(invalid="ignore"):
+        end = formulas.tension(s, 0.0, n) if piece == "near" else formulas.pull_in(s, n)
+    return s, np.maximum(end, 0.0)
+
+
+def _error(law: StrainEnergyLaw, n: Numbers) -> float:
+    """The stated relative error of the capacitance of a film with all its numbers."""
+    film, errors = Elements(Gel(law, n, n["A"], n["B"]), n["radius_ratio"]), []
+    for piece in (one for one in formulas.PIECES if abs(n[f"{one}_scale"]) > 0.0):
+        s, end = _ends(piece, np.linspace(-1.0, 1.0, CHECKED_HEIGHTS + 2)[1:-1], n)
+        V = (end[:, None] * np.square(CHECKED_SHARES)).ravel()
+        s = np.repeat(s, len(CHECKED_SHARES))
+        with np.errstate(all="ignore"):
+            states, own = held(film, np.sqrt(s), V), formulas.spot(piece, s, V, n)
+            behind = np.where(own.rim > 0.0, 1.0, 0.0), np.where(own.whole > 0.0, 1.0, 0.0)
+            off = capacitance(piece, s, own, n, behind) / film.measures(states).area - 1.0
+        errors.append(np.abs(off[states.found]))
+    return ELEMENT_ERROR + MARGIN * float(np.concatenate(errors).max(initial=0.0))
