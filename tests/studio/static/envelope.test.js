@@ -146,7 +146,7 @@ test("an envelope is drawn from its window behind to its limits and names, each 
   const { panel, p } = envelope();
   for (const [stale, area, line] of [[false, " at 0.25", ""], [true, " at 0.1", " at 0.4"]]) {
     panel.stale = stale; forget(p.context); p.redraw();
-    assert.deepEqual(drawn(p.context).slice(2), ["drive frequency (Hz) | soft 11px center bottom", "peak voltage (V) | soft 11px center middle", `area taut${area}`, `line taut 2${line}`, `line breakdown 1.6${line}`, `box breakdown${line}`, "pull-in of the membrane | breakdown 600 11px right middle", "line edge 1 dashed 3,4", "static pull-in of the membrane | soft 11px left middle", "recommended | taut 600 11px left middle"]);
+    assert.deepEqual(drawn(p.context).slice(2), ["drive frequency (Hz) | soft 11px center bottom", "peak voltage (V) | soft 11px center middle", `area taut${area}`, `line taut 2${line}`, `line breakdown 1.6${line}`, `box breakdown${line}`, "area panel at 0.85", "pull-in of the membrane | breakdown 600 11px right middle", "line edge 1 dashed 3,4", "area panel at 0.85", "static pull-in of the membrane | soft 11px left middle", "recommended | taut 600 11px left middle"]);
   }
   const own = setUp("envelope"), limits = ["one", "two", "three", "four_five", "six", "seven"];
   own.grids.message({ ...HEAD, id: own.id(), limits, static: {} }, { frequency: Float32Array.of(5, 15), window: Float32Array.of(2000, 1000), ...Object.fromEntries(limits.map((name, k) => [`limit ${name}`, Float32Array.of(2400 - 100 * k, 1200)])) });
@@ -166,5 +166,5 @@ test("each name in an envelope stands at its place: limits in the corner one bel
   const own = setUp("envelope"), { p } = own, at = () => p.context.calls.filter((c) => c.name === "fillText" && /^(static|one|two|recommended)/.test(c.args[0])).map((c) => [c.args[0], c.args[1], c.args[2], c.textAlign]);
   forget(p.context);
   own.grids.message({ ...HEAD, id: own.id(), limits: ["one", "two"], static: { low: 1000, high: 2480 } }, { frequency: Float32Array.of(5, 15), window: Float32Array.of(900, 1000), "limit one": Float32Array.of(2400, 1200), "limit two": Float32Array.of(2300, 1100) });
-  assert.deepEqual(at(), [["one", 614, 18, "right"], ["two", 614, 32, "right"], ["static low", 62, p.Y(1000) - 7, "left"], ["static high", 62, p.Y(2480) + 9, "left"], ["recommended", 64, p.bottom - 10, "left"]]);
+  assert.deepEqual(at(), [["one", 614, 18, "right"], ["two", 614, 32, "right"], ["static low", 62, p.Y(1000) - 9, "left"], ["static high", 62, p.Y(2480) - 9, "left"], ["recommended", 64, p.bottom - 10, "left"]]);
 });
