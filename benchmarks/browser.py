@@ -142,9 +142,11 @@ class Tab:
     def size(self, width: int, height: int) -> None:
         self.send("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
 
-    def dark(self, on: bool) -> None:
-        scheme = {"name": "prefers-color-scheme", "value": "dark" if on else "light"}
-        self.send("Emulation.setEmulatedMedia", features=[scheme])
+    def dark(self, on: bool, still: bool = False) -> None:
+        """Has the user prefer dark or light pages and, if ``still``, such without motion."""
+        wanted = {"color-scheme": "dark" if on else "light", "reduced-motion": "reduce" if still else ""}
+        features = [{"name": f"prefers-{name}", "value": value} for name, value in wanted.items()]
+        self.send("Emulation.setEmulatedMedia", features=features)
 
     def go(self, address: str) -> None:
         self.send("Page.navigate", url=address)

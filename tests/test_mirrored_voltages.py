@@ -35,10 +35,13 @@ ANALYSES = {
     "envelope": lambda model: gelcone.envelope(model, frequencies=[1.0, 1.2], peaks=[0.4, 0.8], limits_from="settled"),
     "data sheet": lambda model: gelcone.datasheet(model, [0.4, 0.6]),
 }
+LIMITS = "operating limits"
 TURNED = ("phase", "bias_voltage", "current")
 """Parts of the names of what has the other sign."""
+OF_ENVELOPES = ("same", "constant", "opposite, resistance")
+"""Cones whose operating limits are slow to compare: their envelopes, which have the same limits, are compared."""
 CASES = [
-    (cone, analysis)
+    pytest.param(cone, analysis, marks=[pytest.mark.slow] if analysis == LIMITS and cone in OF_ENVELOPES else [])
     for cone in CONES
     for analysis in ANALYSES
     if (cone == "opposite" or analysis != "data sheet")

@@ -105,7 +105,7 @@ def test_a_full_disk_is_one_line_and_leaves_no_half_file(tmp_path, name, write, 
     code = f"""
 import resource, signal, gelcone
 from gelcone.plots.style import save_figure
-r = gelcone.simulate(gelcone.find_device("biased-pump"), periods=5)
+r = gelcone.simulate(gelcone.ConeModel(voltage=0.5), periods=5)
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 resource.setrlimit(resource.RLIMIT_FSIZE, (8192, 8192))
 try:

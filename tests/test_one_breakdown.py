@@ -32,7 +32,7 @@ def test_breakdown_is_one_voltage_whatever_the_own_drive(changes):
     field = at_rest["static_field"].interp(constant_voltage=volts["constant_voltage"])
     strength = pump.to_model().dielectric_strength * pump.scales.size("field") / 1e6
     assert field.values[0] < strength < field.values[1]
-    for share in (0.125, 1.0, 2.0):
+    for share in (0.125, 2.0):
         device = driven(pump, share)
         sheet, alone = gelcone.datasheet(device), gelcone.operating_limits(device)
         found = gelcone.envelope(device, frequencies=[pump.frequency, 1.1 * pump.frequency])

@@ -39,9 +39,18 @@ LEVEL = 0.9
 LASTS = 400.0
 
 
-@pytest.fixture(params=CIRCUITS.values(), ids=CIRCUITS)
+PLACES = np.array([0.55 - 1e-5, 0.55, 0.55 + 1e-5])
+
+
+@pytest.fixture(scope="module", params=CIRCUITS.values(), ids=CIRCUITS)
 def model(request):
     return ConeModel(voltage=0.2, **request.param)
+
+
+@pytest.fixture(scope="module")
+def static(model):
+    """The statics at `level_of` a model, with the force at three places."""
+    return gelcone.static(model, [level_of(model)], PLACES)
 
 
 def level_of(model):
@@ -54,9 +63,8 @@ def place_of(static):
     return float(static["stroke"][-1] + static["rest_displacement"])
 
 
-def test_one_voltage_has_one_rest(model):
+def test_one_voltage_has_one_rest(model, static):
     level = level_of(model)
-    static = gelcone.static(model, [level])
     place = place_of(static)
     step = gelcone.step(model, [level], duration=LASTS)
     held = model.replace(voltage=0.0, voltage_bias=np.copysign(level, model.voltage_bias))
@@ -108,11 +116,9 @@ def test_a_membrane_that_leaks_rests_and_runs_where_its_statics_say(leak):
     np.testing.assert_allclose(gelcone.state_space(model, voltage=LEVEL).rest, [place, 0.0, on_film], atol=1e-12)
 
 
-def test_the_stiffness_is_the_slope_of_the_force_under_the_command(model):
-    places = np.array([0.55 - 1e-5, 0.55, 0.55 + 1e-5])
-    found = gelcone.static(model, [LEVEL], places)
-    force, stiffness = found["force"].values.ravel(), found["stiffness"].values.ravel()
-    assert stiffness[1] == pytest.approx((force[2] - force[0]) / 2e-5, rel=1e-6)
+def test_the_stiffness_is_the_slope_of_the_force_under_the_command(static):
+    force, stiffness = static["force"].values.ravel(), static["stiffness"].values.ravel()
+    assert stiffness[1] == pytest.approx((force[2] - force[0]) / (PLACES[2] - PLACES[0]), rel=1e-6)
 
 
 @pytest.mark.parametrize("name", ["sinh leak", "charge"])

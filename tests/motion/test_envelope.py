@@ -484,7 +484,7 @@ def test_what_holds_no_voltage_takes_no_duration(monkeypatch, model, message):
 def test_no_constant_voltage_is_recommended_above_those_that_were_held():
     """A slow branch carries such a film past the pull-in of the relaxed membrane, up to which voltages are held."""
     branch = {"film": gelcone.TautCone(branches=1), "viscous_modulus_1": 3.0, "relaxation_time_1": 500.0}
-    model = ConeModel(**branch, prestretch=1.3, radius_ratio=0.2, rest_height=0.8, damping_ratio=0.3, voltage=0.3)
+    model = ConeModel(**branch, prestretch=1.2, radius_ratio=0.2, rest_height=0.8, damping_ratio=0.3, voltage=0.3)
     found = envelope(model, peaks=[0.2, 0.3], frequencies=[0.5, 0.6], duration=1.0, margin=0.2)
     assert not np.isfinite(found["static_limit_voltage"]).any()
     assert float(found["recommended_constant"]) == pytest.approx(0.8 * float(found["held_voltage"].max()))

@@ -8,6 +8,7 @@ import pytest
 import gelcone
 from gelcone import find_device
 from gelcone.devices.files import shipped_devices
+from gelcone.physics.film import pull_in
 from gelcone.studio import exports, grids, look, settled
 from gelcone.studio.controls import as_json
 from gelcone.studio.frames import pack
@@ -20,7 +21,8 @@ DEVICES = {
     "states": ('bias = "tests.toys:TurningBias"', {"bias.wheel_growth": "Body", "bias.wheel_turning": "Body"}),
     "bias in SI units": ('bias = "tests.toys:Plate"', {"bias.bias_stiffness": "Body", "bias.bias_cubic": "Body"}),
     "law": (
-        'material = {name = "g", shear_modulus = "15 kPa", relative_permittivity = 6.1, law = "tests.toys:Quadratic"}',
+        'material = {name = "g", shear_modulus = "15 kPa", relative_permittivity = 6.1, law = "tests.toys:Quadratic"}\n'
+        'film = "wrinkling"',
         {"material.law_growth": "Gel"},
     ),
     "film": ('film = {component = "tests.toys:PowerFilm", exponent = 1.4}', {"film.film_modulus": "Gel"}),
@@ -42,6 +44,12 @@ def shelf_of(line, folder):
     rows = [row for row in head.splitlines() if not row.startswith(part) and others not in row]
     given.write_text("\n".join([*rows, line, ""]) + mark + rest)
     return Shelf(given, names_in(find_device(given)))
+
+
+@pytest.fixture(autouse=True)
+def _no_membranes(monkeypatch):
+    """The membranes for which cones stand are not made, which takes seconds for each value of a law."""
+    monkeypatch.setattr(pull_in, "curve_of", lambda *key: None)
 
 
 @pytest.fixture(scope="module", params=DEVICES)
