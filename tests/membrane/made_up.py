@@ -138,7 +138,7 @@ class MadeUp:
         monkeypatch.setattr(piece, "longest", self.length)
         monkeypatch.setattr(module, "lowest_localisation", lambda gel, highest: self.lowest)
         monkeypatch.setattr(module, "slack_limit", lambda gel: self.limit)
-        monkeypatch.setattr(piece, "slack_voltage", lambda gel, ratio, x: self.slack(self.of_height(x)))
+        monkeypatch.setattr(piece, "slack_voltages", lambda gel, ratio: lambda x: self.slack(self.of_height(x)))
         monkeypatch.setattr(
             module, "slack_height", lambda gel, ratio, V: self.begin**0.5 if V == 0.0 else self.slackest
         )

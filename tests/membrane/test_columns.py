@@ -6,7 +6,7 @@ import pytest
 from gelcone.membrane.columns import Columns, columns, localised, longest, lowest_localisation
 from gelcone.membrane.elements import Elements, Measures
 from gelcone.membrane.gel import Gel
-from gelcone.membrane.slack import slack_voltage
+from gelcone.membrane.slack import slack_voltages
 from gelcone.physics.laws import LAWS
 
 GEL = Gel(LAWS["gent"], LAWS["gent"].numbers({"stretch_limit": 50.0}), 1.0, 1.0)
@@ -63,7 +63,7 @@ def test_a_column_localises_where_it_ends_before_its_top_with_a_long_edge(share,
 def test_columns_rise_from_no_voltage_to_their_end_by_states_in_balance():
     """A film alike all over: slack where its crumpling voltage is; ended by its top where that is lower."""
     film, x = Elements(GEL, 0.25, 30), np.array([0.2, 0.3, 0.3])
-    slack = slack_voltage(GEL, 0.25, x)
+    slack = slack_voltages(GEL, 0.25)(x)
     found = columns(film, x, slack, np.array([2.0, 2.0, 0.5]) * slack)
     assert found.slack.tolist() == [True, True, False]
     np.testing.assert_allclose(found.end, slack * [1.0, 1.0, 0.5], rtol=5e-3)

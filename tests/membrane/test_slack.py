@@ -6,7 +6,7 @@ import pytest
 from gelcone.membrane import slack
 from gelcone.membrane.elements import Chains, Elements
 from gelcone.membrane.gel import Gel
-from gelcone.membrane.slack import slack_height, slack_limit, slack_voltage
+from gelcone.membrane.slack import slack_height, slack_limit, slack_voltages
 from gelcone.physics.laws import LAWS
 
 LAW = LAWS["gent"]
@@ -30,7 +30,7 @@ def test_heights_at_which_a_film_with_rims_falls_slack(meridional, hoop, ratio, 
     flat = float(gel.crumpling(gel.B)) / gel.G
     for share, height in rows:
         assert slack_height(gel, ratio, share * flat) == pytest.approx(height, abs=6e-5)
-        assert slack_voltage(gel, ratio, np.array([height]))[0] == pytest.approx(share * flat, rel=2e-3)
+        assert slack_voltages(gel, ratio)(np.array([height]))[0] == pytest.approx(share * flat, rel=2e-3)
 
 
 @pytest.mark.parametrize("excess", [1e-6, 1e-4, 1e-3, 0.01, 0.03])
@@ -41,7 +41,7 @@ def test_a_hoop_stretched_a_little_more_changes_little(stretch, ratio, excess):
     gel, equal = gel_of(stretch, stretch * (1.0 + excess)), gel_of(stretch, stretch)
     assert slack_height(gel, ratio, 0.0) == 0.0
     if equal.hump() > equal.A:  # else it localises first
-        own, other = (slack_voltage(each, ratio, x) for each in (gel, equal))
+        own, other = (slack_voltages(each, ratio)(x) for each in (gel, equal))
         np.testing.assert_allclose(own, other, rtol=4.0 * excess + 0.05)
     film = Elements(gel, ratio, 60)
     assert (film.measures(film.unloaded(x)).force > 0.0).all()
@@ -51,7 +51,7 @@ def test_a_hoop_stretched_a_little_more_changes_little(stretch, ratio, excess):
 def test_the_force_of_the_elements_vanishes_there(meridional, hoop, ratio):
     """The square root of the force falls to zero linearly with the voltage (section 3 of the specification)."""
     gel, x = gel_of(meridional, hoop), 0.1
-    slack = float(slack_voltage(gel, ratio, np.array([x]))[0])
+    slack = float(slack_voltages(gel, ratio)(np.array([x]))[0])
     film = Elements(gel, ratio, 160)
     at, forces = film.unloaded(np.array([x])), []
     for share in [*np.linspace(0.1, 0.9, 17), 0.94, 0.96, 0.98, 0.985]:
@@ -65,8 +65,8 @@ def test_the_force_of_the_elements_vanishes_there(meridional, hoop, ratio):
 def test_a_film_whose_hoop_is_not_the_stronger_falls_slack_as_a_whole():
     gel = gel_of(1.2, 1.2)
     x = np.array([0.0, 0.3])
-    np.testing.assert_allclose(slack_voltage(gel, 0.2, x) * gel.G, gel.crumpling(gel.A * (1.0 + x * x)))
-    assert slack_height(gel, 0.2, float(slack_voltage(gel, 0.2, x)[1])) == pytest.approx(0.3, rel=1e-6)
+    np.testing.assert_allclose(slack_voltages(gel, 0.2)(x) * gel.G, gel.crumpling(gel.A * (1.0 + x * x)))
+    assert slack_height(gel, 0.2, float(slack_voltages(gel, 0.2)(x)[1])) == pytest.approx(0.3, rel=1e-6)
     assert slack_limit(gel) == pytest.approx(float(gel.crumpling(gel.hump())) / gel.G)
 
 
@@ -99,7 +99,7 @@ def test_a_film_without_a_hump_has_no_limit_while_slack():
 def test_voltages_of_a_film_whose_rims_end_early_rise_with_its_height():
     law = LAWS["yeoh"]
     soft = Gel(law, law.numbers({"yeoh_c2": -0.0088808, "yeoh_c3": 9.6887e-05}), 1.0, 4.0)
-    voltages = slack_voltage(soft, 0.25, np.array([0.01, 0.05, 0.08]))
+    voltages = slack_voltages(soft, 0.25)(np.array([0.01, 0.05, 0.08]))
     assert np.all(np.diff(voltages) > 0.0)
     assert slack_height(soft, 0.25, voltages[1]) == pytest.approx(0.05, rel=1e-3)
 
@@ -111,4 +111,12 @@ def test_a_film_whose_hoop_is_slack_when_flat_falls_slack_as_a_whole_too(lengthe
     V, x = float(gel.crumpling(lengthened)) / gel.G, np.sqrt(lengthened / gel.A - 1.0)
     assert lengthened > gel.B
     assert slack_height(gel, 0.25, V) == pytest.approx(x, rel=1e-9)
-    assert slack_voltage(gel, 0.25, np.array([x]))[0] == pytest.approx(V, rel=1e-12)
+    assert slack_voltages(gel, 0.25)(np.array([x]))[0] == pytest.approx(V, rel=1e-12)
+
+
+def test_the_heights_between_rims_are_computed_once(monkeypatch):
+    gel, made, between = gel_of(1.0, 1.5), [], slack._between_rims
+    monkeypatch.setattr(slack, "_between_rims", lambda *given: made.append(given) or between(*given))
+    of_height = slack_voltages(gel, 0.2)
+    assert 0.0 < of_height(np.array([0.05]))[0] < of_height(np.array([0.1]))[0]
+    assert len(made) == 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 
@@ -16,7 +17,7 @@ from gelcone.membrane.gel import Array, Gel
 from gelcone.membrane.integrals import integrals
 from gelcone.membrane.least_squares import chebyshev_to_powers, line, products, products_with_slope, solved
 from gelcone.membrane.refusals import not_made, too_few
-from gelcone.membrane.slack import slack_voltage
+from gelcone.membrane.slack import slack_voltages
 
 NODES, CHECKS = {"near": 16, "far": 26}, {"near": 9, "far": 11}
 """Number of heights that are fitted, and of others, at which the fit is checked."""
@@ -79,9 +80,10 @@ class FittedFilm:
         """The gel of the elements."""
         return self.elements.gel
 
-    def slack_at(self, x: Array) -> Array:
-        """The V at which the film loses its tension."""
-        return slack_voltage(self.gel, self.elements.ratio, x)
+    @cached_property
+    def slack_at(self) -> Callable[[Array], Array]:
+        """The V at which the film loses its tension, a function of x."""
+        return slack_voltages(self.gel, self.elements.ratio)
 
     def squared(self, x: Array) -> Array:
         """The s at which the force over the height is that of states of the height x."""

@@ -25,10 +25,13 @@ VOLTAGES = 240
 """Number of voltages at which the heights of a film with rims are computed; between them they are interpolated."""
 
 
-def slack_voltage(gel: Gel, ratio: float, x: Array) -> Array:
-    """The V above which a film held at x >= 0 is slack; infinite where no voltage cancels its tension. ``ratio`` is
-    a/b."""
-    evenly: Array = np.maximum(gel.crumpling(gel.A * (1.0 + x * x)) / gel.G, 0.0)
+def slack_voltages(gel: Gel, ratio: float) -> Callable[[Array], Array]:
+    """The function of x >= 0 that gives the V above which a film held there is slack; infinite where no voltage cancels
+    its tension. ``ratio`` is a/b."""
+
+    def evenly(x: Array) -> Array:
+        return np.asarray(np.maximum(gel.crumpling(gel.A * (1.0 + x * x)) / gel.G, 0.0))
+
     if not gel.has_rims:
         return evenly
     hump = gel.hump()
@@ -36,9 +39,12 @@ def slack_voltage(gel: Gel, ratio: float, x: Array) -> Array:
     heights = _between_rims(gel, ratio, V)
     last = int(np.argmin(np.isfinite(heights))) or V.size  # beyond, no rim is found: such a film has pulled in
     heights, V = heights[:last], V[:last]
-    found = np.interp(x, heights, V, left=0.0)
-    higher = x > heights[-1]
-    return np.where(higher, np.maximum(evenly, V[-1]) if hump > gel.B else V[-1], found)
+
+    def between_rims(x: Array) -> Array:
+        higher = np.maximum(evenly(x), V[-1]) if hump > gel.B else V[-1]
+        return np.where(x > heights[-1], higher, np.interp(x, heights, V, left=0.0))
+
+    return between_rims
 
 
 def slack_height(gel: Gel, ratio: float, V: float) -> float:
