@@ -10,7 +10,7 @@ folds lie where it turns.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -43,12 +43,16 @@ def rest_at_command(system: ConeSystem, n: Numbers) -> bool:
 
 def command_at(system: ConeSystem, line: Line, x: Any, voltage: Any, n: Numbers) -> Any:
     """The constant command of a line under which its films rest at a ``voltage``, with the disc held at x."""
-    own = line.own(n)
-    if line.circuit.rests_at_command(own):
+    if line.circuit.rests_at_command(line.own(n)):
         return voltage
-    films = tuple((system.films[k], list[Any]()) for k in line.films)
     with np.errstate(all="ignore"):
-        return line.circuit.commanded(Port(voltage, x, 0.0, lambda: 0.0, films, n, np), voltage, own)
+        return _commands(system, line, n)(x, voltage)
+
+
+def _commands(system: ConeSystem, line: Line, n: Numbers) -> Callable[[Any, Any], Any]:
+    """The command of a line whose films do not rest at it, over displacement and voltage."""
+    own, films = line.own(n), tuple((system.films[k], list[Any]()) for k in line.films)
+    return lambda x, voltage: line.circuit.commanded(Port(voltage, x, 0.0, lambda: 0.0, films, n, np), voltage, own)
 
 
 def voltage_under(system: ConeSystem, line: Line, x: Any, command: Any, n: Numbers) -> Any:
@@ -60,8 +64,10 @@ def voltage_under(system: ConeSystem, line: Line, x: Any, command: Any, n: Numbe
     if not command.any():
         return np.where(np.isnan(x), np.nan, command)[()]
 
+    command_of = _commands(system, line, n)
+
     def excess(v: Any) -> Any:
-        found = command_at(system, line, x, v, n) if v.any() else v
+        found = command_of(x, v) if v.any() else v
         return np.where(np.isnan(found), np.inf, found) - command
 
     with np.errstate(all="ignore"):
@@ -75,7 +81,7 @@ def voltage_under(system: ConeSystem, line: Line, x: Any, command: Any, n: Numbe
             high = np.where(low, np.minimum(2.0 * high, highest), high)
         found = rise(excess, np.zeros(command.shape), high)
         if low.any():
-            found = np.where(low, high * command / command_at(system, line, x, high, n), found)
+            found = np.where(low, high * command / command_of(x, high), found)
         return np.where(np.isnan(x), np.nan, found)[()]
 
 

@@ -53,7 +53,7 @@ def _differentiated(residual: Residual, at: Sequence[Any]) -> Slope:
 
 def traced(xp: Any) -> bool:
     """Whether ``xp`` traces formulas on the nodes of a graph, which branch on switches instead of on values."""
-    return hasattr(xp, "root")
+    return xp is not np and hasattr(xp, "root")  # NumPy looks long for what it does not have
 
 
 def known(value: Any) -> float | None:
