@@ -10,6 +10,7 @@ import pytest
 import gelcone
 from gelcone import cli
 from gelcone.cli import COMMANDS, OWN_COMMANDS, QUIET, SPECIAL
+from gelcone.cli.options import Place
 from gelcone.errors import DoubtfulInput, InputError, LostWorker, MissingDependency
 from gelcone.register.analyses import ANALYSES
 from gelcone.register.analyses import COMMANDS as REGISTERED
@@ -119,6 +120,16 @@ def test_every_command_is_listed_with_its_own_line():
         part = shown.split(f"{title}:\n")[1].split("\n\n")[0]
         first = [line.split()[0] for line in part.splitlines() if line[2:3].strip()]
         assert first == names.split()
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_placeholders_are_words_in_capitals_or_those_to_type_and_a_place_is_one(name):
+    places = {"FILE", "STORE", "DIR", "CSV", "PAGE", "WISH", "nc", "toml"}
+    for parameter in cli.group.get_command(click.Context(cli.group), name).params:
+        words = [word for word in re.split(r"[|=~, .\[\]]+", parameter.metavar or "") if word]
+        assert all(re.fullmatch("[A-Z]+|[a-z]+", word) for word in words), parameter.metavar
+        if isinstance(parameter.type, Place):
+            assert places.issuperset(words), parameter.metavar
 
 
 def test_the_list_of_commands_says_which_one_answers_how_high_the_voltage_may_go():

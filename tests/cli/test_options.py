@@ -76,3 +76,21 @@ def test_a_default_is_called_dimensionless_where_the_option_has_a_unit_with_a_de
         for option in analyses.find_analysis(own).options.values():
             said = "dimensionless]" in options._help(option)
             assert said == bool(option.quantity and option.default is not None), (own, option.name)
+
+
+def test_a_default_is_said_as_it_would_be_typed():
+    said = {}
+    for own in set(analyses.COMMANDS.values()):
+        for option in analyses.find_analysis(own).options.values():
+            if found := re.search(r"\[default: (.*?)(, dimensionless)?\]$", options._help(option)):
+                given = option.default if isinstance(option.default, list | tuple) else [option.default]
+                if option.default is None:
+                    assert found[1] == option.unset
+                elif all(isinstance(one, float) for one in given):
+                    assert [float(one) for one in found[1].split(",")] == pytest.approx(given, rel=1e-5)
+                else:
+                    assert found[1] == ",".join(map(str, given))
+                said[own, option.name] = found[1]
+            else:
+                assert not any((option.default, option.unset))
+    assert said["bifurcation", "sweeps"] == "up,down"

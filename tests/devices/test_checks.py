@@ -90,8 +90,8 @@ def test_scales_are_usable_where_they_are_finite_and_positive_in_all_members():
 
 def test_of_several_discs_too_large_the_worst_is_named_with_its_own_film():
     with pytest.raises(InputError) as refused:
-        PUMP.replace(disc_radius=[8e-3, 31e-3, 45e-3], film_radius=[20e-3, 30e-3, 40e-3])
-    told = "disc_radius = 45 mm: must be less than film_radius = 40 mm; make the disc smaller or the film larger"
+        PUMP.replace(disc_radius=[8e-3, 37e-3, 45e-3], film_radius=[20e-3, 30e-3, 40e-3])
+    told = "disc_radius = 37 mm: must be less than film_radius = 30 mm; make the disc smaller or the film larger"
     assert str(refused.value) == told
     with pytest.raises(InputError, match="disc_radius = 30 mm: must be less than film_radius = 30 mm"):
         PUMP.replace(disc_radius=30e-3)

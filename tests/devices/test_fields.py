@@ -1,5 +1,6 @@
 """The fields of a device: units and bounds, which belong to others and which exclude each other, and what is swept."""
 
+import re
 from types import SimpleNamespace
 
 import numpy as np
@@ -16,6 +17,7 @@ from gelcone.devices.fields import (
     SWEPT_FIELDS,
     DeviceFields,
 )
+from gelcone.devices.record import meant_fields
 from gelcone.devices.scales import Scales
 from gelcone.errors import InputError
 from tests.physics.test_laws import Fung
@@ -49,6 +51,43 @@ def test_numbers_alone_are_swept_and_bounds_are_those_of_what_they_measure():
     counted = {unit: sum(field.unit == unit for field in own.values()) for unit in units}
     assert counted == units
     assert sum(units.values()) == len(own)
+
+
+NOUNS = {
+    "m": "radius|thickness|height", "N/m": "stiffness", "N/m^3": "cubic stiffness", "N": "force", "m/s^2": "gravity",
+    "kg": "mass", "N s/m": "viscous damping", "Pa": "(small-strain shear |Young's |lowest and highest shear )?modulus",
+    "V": "amplitude|constant (part|voltage)", "V/m": "true (electric )?field", "V/s": "fastest change",
+    "Hz": "frequency", "s": "(relaxation time|time constant)", "m/s": "velocity", "ohm": "resistance",
+    "ohm m": "resistivity", "A": "largest current", "J/(m^3 K)": "heat capacity",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "field"), SWEPT_FIELDS.items(), ids=SWEPT_FIELDS)
+def test_the_meaning_of_a_field_begins_with_what_its_unit_measures(name, field):
+    if field.unit != "1":
+        assert re.match(NOUNS[field.unit], field.meaning)
+
+
+@pytest.mark.parametrize(
+    ("typed", "meant"),
+    [
+        ("outer_radius", ["film_radius"]), ("inner_radius", ["disc_radius"]),
+        ("diameter", ["disc_radius", "film_radius"]), ("thickness", ["film_thickness"]),
+        ("mass", ["moving_mass"]), ("load", ["constant_force"]),
+        ("weight", ["gravity", "payload"]), ("spring_constant", ["spring_rate"]), ("zeta", ["damping_ratio"]),
+        ("buckled_beam", ["beam_rate"]), ("damping", ["damping_coefficient", "damping_ratio", "quality_factor"]),
+        ("dc_voltage", ["voltage_offset"]), ("ac_voltage", ["voltage_amplitude"]), ("omega", ["frequency"]),
+        ("bandwidth", ["filter_frequency"]), ("slew", ["slew_rate"]), ("resistor", ["series_resistance"]),
+        ("maximum_current", ["current_limit"]), ("x0", ["release_height"]), ("initial_velocity", ["release_velocity"]),
+        ("free_height", ["initial_height"]), ("rod_length", ["second_flat_height"]), ("gel", ["material"]),
+        ("elastic_modulus", ["material.young_modulus"]), ("mu", ["material.shear_modulus"]),
+        ("dielectric_constant", ["material.relative_permittivity"]), ("jm", ["material.stretch_limit"]),
+        ("leakage", ["material.resistivity"]), ("specific_heat", ["material.heat_capacity"]),
+        ("breakdown_field", ["dielectric_strength", "material.dielectric_strength"]),
+    ],
+)  # fmt: skip
+def test_the_words_of_other_texts_lead_to_the_field(typed, meant):
+    assert meant_fields(typed, DEVICE_FIELDS) == meant
 
 
 def test_what_belongs_to_a_part_is_refused_without_it():

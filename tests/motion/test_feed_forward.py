@@ -23,7 +23,8 @@ def test_the_voltage_of_a_known_motion_is_found_again(kind):
     right = np.abs(run.drive_voltage.values)
     assert np.abs(found.voltage.values - right)[inner].max() < 2e-3 * right.max()
     assert found.reachable.values[inner].all()
-    assert found.voltage.attrs["units"] == "V"
+    assert (found.voltage.dims, found.voltage.attrs["units"]) == (("time",), "V")
+    np.testing.assert_allclose(found.time, run.time - run.time[0], rtol=1e-12, atol=1e-9)
     assert float(found.largest_error) < 5e-3 * float(np.ptp(run.displacement.values))
 
 

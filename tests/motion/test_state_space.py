@@ -290,3 +290,4 @@ def test_the_phase_of_a_small_signal_is_in_degrees_and_its_gain_that_of_the_line
     transfer = gelcone.state_space(model).transfer(np.array([0.5, 1.5]))[:, 0, 0]
     np.testing.assert_allclose(found["gain"] * np.exp(1j * np.radians(found["phase"])), transfer, rtol=1e-9)
     assert (found["phase"] < -1.0).all()
+    assert found.attrs["title"] == "small-signal frequency response"

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+import gelcone
 from gelcone import ConeModel, InputError, Outcome
 from gelcone.motion.static_results import constant_voltages, label_static, own_levels, padded, rests_near
 from tests.motion.balances import Balance
@@ -88,6 +89,19 @@ def test_a_result_states_its_options_and_which_members_reach_no_displacement():
         assert json.loads(found.attrs["options"]) == {"search_range": 1000.0, "start": stated}
         assert found.attrs["title"] == "places"
     np.testing.assert_array_equal(found["place"], [1.0, np.nan])
+
+
+@pytest.mark.parametrize(
+    ("compute", "title"),
+    [
+        (gelcone.pitchfork_voltage, "pitchfork"), (gelcone.fold_voltages, "folds of the equilibria"),
+        (gelcone.pull_in_voltage, "pull-in"), (gelcone.onset_voltage, "onset voltage of rest"),
+        (gelcone.floquet_multipliers, "Floquet multipliers of rest"),
+        (lambda model: gelcone.stroke_and_blocked_force(model, [0.2]), "stroke and blocked force"),
+    ],
+)  # fmt: skip
+def test_the_title_of_a_result_without_a_figure_names_what_was_computed(compute, title):
+    assert compute(ConeModel()).attrs["title"] == title
 
 
 def test_rows_are_padded_to_the_longest_and_to_one_column():

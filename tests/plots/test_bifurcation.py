@@ -195,6 +195,7 @@ def test_thresholds_are_intervals_on_their_row_and_through_the_panels():
             pytest.approx((2.5, 2.7)),
         ]
         assert [to_rgb(p.get_facecolor()) for p in axes.patches] == [to_rgb(SWEEP_STYLES[b][0]) for b in ("up", "down")]
+    assert not panels[2].patches
     assert panels[1].get_title(loc="right") == "changes of regime: 2, vertical lines"
 
 

@@ -136,7 +136,10 @@ def test_the_legend_names_what_is_drawn(mirror):
     names = [handle.get_label() for handle in module.legend(branches().assign_attrs(mirror=mirror))]
     expected = ["stable", "unstable", "brute force", "period 2", "rest", *(["mirror image"] * mirror)]
     assert names == [*expected, "fold", "period doubling", "open: subcritical", "! unseen"]
-    colours = {handle.get_label(): handle.get_color() for handle in module.legend(branches())}
+    handles = module.legend(branches())
+    hollow = [handle.get_label() for handle in handles if handle.get_markerfacecolor() == "white"]
+    assert hollow == ["open: subcritical"]
+    colours = {handle.get_label(): handle.get_color() for handle in handles}
     assert (colours["period 2"], colours["rest"]) == (VERMILION, BLACK)
 
 

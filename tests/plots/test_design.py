@@ -27,7 +27,7 @@ def test_intervals_and_limits_stand_at_their_values():
     )  # fmt: skip
     front, share, limit = design_figure(designs).axes
     np.testing.assert_allclose(data_of(front.lines[0]), [[1500.0, 1700.0], [4.0, 3.0]])
-    assert [text.get_text() for text in front.texts] == ["1", "2"]
+    assert {text.get_text(): text.xy for text in front.texts} == {"1": (1500.0, 4.0), "2": (1700.0, 3.0)}
     bars = corners(share.collections[0])
     np.testing.assert_allclose(bars, [[1.0, 1.0, 0.94, 0.955], [2.0, 2.0, 0.965, 0.99]])
     assert [one.get_ydata()[0] for one in share.lines if one.get_linestyle() == "--"] == [0.9]
