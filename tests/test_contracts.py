@@ -13,6 +13,7 @@ import pytest
 
 import gelcone
 from gelcone import ConeModel, InputError
+from gelcone.devices.scales import MEASURES
 from gelcone.motion.static_limits import STATIC_LIMITS
 from gelcone.register.analyses import ANALYSES
 from tests.answers import result
@@ -83,6 +84,23 @@ def undocumented(name, found):
     return [own for own in left if own not in LIMITS]
 
 
+QUANTITIES = {
+    *MEASURES,
+    *(
+        "angle",
+        "code",
+        "count",
+        "flag",
+        "level",
+        "margin",
+        "multiplier",
+        "parameter",
+        "ratio",
+        "share",
+        "state",
+        "stretch",
+    ),
+}
 LIMITS = {f"{limit.replace(' ', '_').replace('-', '_')}_voltage" for limit in STATIC_LIMITS}
 
 
@@ -108,6 +126,7 @@ def test_every_analysis_takes_components_of_ones_own(name, toy, command_line, un
     assert int((tmp_path / "results" / f"{written.stem}.png").read_text().split()[0]) > 0
     found = gelcone.load(written)
     assert name == "sweep" or undocumented(name, found) == []  # a sweep has the variables of its analysis
+    assert {own.attrs["quantity"] for own in found.variables.values() if "quantity" in own.attrs} <= QUANTITIES
     model = gelcone.model_of(found)
     for kind in TOYS if toy == "together" else [toy]:
         own, expected = OWN[kind], float(typed[OWN[kind]])

@@ -227,6 +227,8 @@ def test_a_series_reads_laser_and_ammeter_and_knows_either_sign():
     read = np.split(with_gains(laser=0.9, ammeter=1.2).series(time, volts, names)[0], 2)
     np.testing.assert_allclose(read[0], 0.9 * plain[0], rtol=1e-12)
     np.testing.assert_allclose(read[1], 1.2 * plain[1], rtol=1e-12)
+    louder, raised = with_gains(amplifier=1.1).series(time, volts, names), with_gains().series(time, 1.1 * volts, names)
+    np.testing.assert_allclose(louder, raised, rtol=1e-8, atol=1e-15)
     stroke, current = np.split(with_gains().series(time, -volts, names)[0], 2)
     np.testing.assert_allclose(stroke, plain[0], rtol=1e-8, atol=1e-15)
     np.testing.assert_allclose(current, -plain[1], rtol=1e-8, atol=1e-15)

@@ -166,6 +166,7 @@ def test_a_device_without_a_drive_has_statics_alone(still):
     found = datasheet(still, [1500.0])
     assert found["apparent_power"].isnull()
     assert "first_limit_voltage" not in found
+    assert found.attrs["first_limit"] == "not asked: the device has no drive"
     assert float(found["blocked_force"][1]) == pytest.approx(0.04116871, rel=1e-6)
 
 

@@ -93,8 +93,14 @@ def program(rng=None, noise=0.0, gain_sd=0.0, gel=TRUE):
 
 
 @pytest.fixture(scope="module")
-def vhb():
-    return fit_material(read_tests(VHB / "tests.toml"), {"name": "VHB 4905"}, draws=8)
+def shares():
+    """The shares of its work that the fit of VHB reported."""
+    return []
+
+
+@pytest.fixture(scope="module")
+def vhb(shares):
+    return fit_material(read_tests(VHB / "tests.toml"), {"name": "VHB 4905"}, draws=8, progress=shares.append)
 
 
 def test_a_known_material_comes_out():
@@ -119,6 +125,11 @@ def test_the_linear_rule_comes_out_of_its_own_tests_and_not_of_others():
     assert fitted_material(right).relaxation_time_1 == pytest.approx(1.5, rel=2e-3)
     assert fitted_material(right).flow == "linear"
     assert float(right["fit_error"].min()) < 1e-4 < 3e-3 < float(wrong["fit_error"].min())
+
+
+def test_tables_comparison_and_draws_make_up_the_whole_of_the_work(vhb, shares):
+    assert np.sum(shares) == pytest.approx(1.0)
+    assert shares[-1] <= 0.1 / 8  # nothing is left at the end
 
 
 def test_measured_vhb_is_fitted_as_certified(vhb):
@@ -363,6 +374,13 @@ def test_a_band_is_over_the_largest_stress_of_each_test_and_is_tried_on_each_by_
     band = band_of(own, np.array([1.0, -2.0, 3.0, -4.0, 1.5]))
     assert band.width == 1.0
     assert (band.mean, band.least) == (pytest.approx(0.875), 0.75)
+
+
+def test_a_stretch_limit_lies_beyond_where_the_law_must_be_stiff_and_times_lie_in_the_table():
+    data = Tabulated([pulled("a", 0.1, 2.0), held("b", 3.0)], "log", 5.0)
+    low, high = np.exp(Candidate("gent", 1, data).bounds())
+    assert 1.0 < low[1] / (material_fit.BEYOND * data.farthest) < 1.1
+    np.testing.assert_allclose([low[-1], high[-1]], data.grid[[0, -1]])
 
 
 def test_residuals_are_over_three_per_cent_of_the_largest_stress_and_the_root_of_their_number():

@@ -11,6 +11,7 @@ import pytest
 
 import gelcone
 from gelcone.codes import Outcome, Regime
+from gelcone.devices.scales import MEASURES
 from gelcone.errors import InputError
 from gelcone.motion import driven as driven_module
 from gelcone.motion import plane as plane_module
@@ -570,6 +571,8 @@ def test_an_envelope_says_of_each_number_what_was_found(made_up):
     assert float(found["rest_displacement"]) == 0.1
     assert (float(found["operating_peak_voltage"]), float(found["operating_frequency"])) == (0.6, 1.0)
     np.testing.assert_array_equal(found["peak_voltage"], VOLTS)
+    pure = {"code", "count", "flag", "parameter", "share"}
+    assert {own.attrs["quantity"] for own in found.variables.values()} <= {*MEASURES, *pure}
 
 
 def test_coexisting_motions_are_sought_at_given_frequencies_with_a_window_alone(made_up):

@@ -300,6 +300,8 @@ def test_columns_are_variables_of_their_own_names_and_a_film_that_failed_has_pul
     columns = numbers(3, len(SHARES) + 1 + len(kinds), at=1.0)
     found[:, : columns.shape[1]] = columns
     told = validity_variables(found, np.array([0, Outcome.PULLED_IN, 0]), system, (), "motion")
+    meanings = ["slack hoops under compression", "slack meridians under compression"]
+    assert [told[f"validity_{name}"][2].partition(" with ")[2] for name in SHARES[:2]] == meanings
     for k, name in enumerate((*SHARES, "error")):
         np.testing.assert_array_equal(told[f"validity_{name}"][1], columns[:, k], name)
     for k, kind in enumerate(kinds):

@@ -367,6 +367,8 @@ def test_a_gate_that_opens_where_its_carrier_vanishes_does_not_make_the_voltage_
         assert waveform.jumps(n) == jumps, name
     square = WAVEFORMS["square"]
     assert square.jumps(square.numbers(square.complete({"rise": 0.0})))
+    chirp = WAVEFORMS["chirp"]
+    assert not chirp.jumps(chirp.numbers(chirp.complete({"end_frequency": np.array([1.0, 2.2, 3.7])})))
 
 
 def test_at_a_corner_the_piece_that_begins_there_has_been_passed():

@@ -103,6 +103,7 @@ def test_long_meanings_take_more_lines_and_none_leaves_the_figure_or_meets_anoth
     result = xr.Dataset({name: ((), 1.0, {"long_name": meaning}) for name, meaning in names.items()})
     figure = values_figure(result)
     figure.draw_without_rendering()
+    assert not figure.axes[0].axison
     texts = figure.axes[0].texts
     assert [" ".join(text.get_text().split()) for text in texts] == [f"{meaning}: 1" for meaning in names.values()]
     boxes = [text.get_window_extent() for text in texts]
