@@ -289,6 +289,19 @@ def test_values_in_the_header_itself_stand_behind_their_size():
             file._content("x", {hdf5.LAYOUT: other + layout[2:]}, 8, [5])
 
 
+@pytest.mark.parametrize(("across", "refused"), [(4, False), (5, True)])
+def test_chunks_of_more_values_than_are_read_are_refused_however_short_the_vector(across, refused, monkeypatch):
+    """Five values in one row, in chunks of ``across`` rows of five; none was ever written."""
+    monkeypatch.setattr(hdf5, "MOST_VALUES", 20)
+    sides = b"".join(side.to_bytes(4, "little") for side in (across, 5, 8))
+    layout = {hdf5.LAYOUT: bytes([3, 2, 3]) + hdf5.UNDEFINED.to_bytes(8, "little") + sides}
+    if refused:
+        with pytest.raises(InputError, match="more than 20 values"):
+            header()._content("x", layout, 8, [1, 5])
+    else:
+        assert header()._content("x", layout, 8, [1, 5]) == bytes(40)
+
+
 @pytest.mark.parametrize("flags", [0, 1])
 @pytest.mark.parametrize("version", [1, 2])
 def test_filters_are_read_behind_one_another_in_either_version(version, flags):

@@ -1,13 +1,14 @@
 """The data sheet: certified numbers, and the numbers of the analyses that it rests on."""
 
 import importlib
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import gelcone
 from gelcone.errors import InputError
-from gelcone.lab.datasheet import _drive, _static_numbers, datasheet
+from gelcone.lab.datasheet import _drive, _rise_time, _static_numbers, datasheet
 from gelcone.motion.operating_limits import operating_limits
 
 FIELDS = {
@@ -155,6 +156,20 @@ def test_a_drive_whose_motion_does_not_repeat_has_no_stroke():
     assert np.isnan(_drive(chaotic, None)["drive_stroke"][1])
     at_rest = chaotic.replace(voltage=0.1, damping_ratio=0.2)
     assert abs(_drive(at_rest, None)["drive_stroke"][1]) < 1e-9
+
+
+def test_the_rise_time_is_that_of_the_exact_step_response():
+    """One pole, ln 9 over its rate; and an oscillator that a slow state barely lifts: 1.02 is its final height."""
+    decay = SimpleNamespace(A=np.array([[-3.0]]), B=np.array([[3.0]]), C=np.array([[1.0]]))
+    assert _rise_time(decay, np.array([-3.0])) == pytest.approx(np.log(9.0) / 3.0, rel=1e-3)
+    swing = np.array([[0.0, 1.0, 0.0], [-1.0, -0.2, 0.0], [0.0, 0.0, -1e-3]])
+    slow = SimpleNamespace(A=swing, B=np.array([[0.0], [1.0], [1e-3]]), C=np.array([[1.0, 0.0, 0.02]]))
+    rate = np.sqrt(0.99)
+    times = np.linspace(0.0, 3.0, 30001)
+    height = 1.0 - np.exp(-0.1 * times) * (np.cos(rate * times) + 0.1 / rate * np.sin(rate * times))
+    height += 0.02 * (1.0 - np.exp(-1e-3 * times))
+    begin, end = (times[np.argmax(height >= share * 1.02)] for share in (0.1, 0.9))
+    assert _rise_time(slow, np.linalg.eigvals(swing)) == pytest.approx(end - begin, rel=1e-3)
 
 
 def power_of(run):

@@ -40,6 +40,11 @@ def test_a_hold_is_drawn_over_hours_and_a_band_lies_on_both_sides():
     assert hold.get_ylabel() == "stress (kPa)"
 
 
+def test_without_a_band_none_is_drawn_or_named():
+    hold = coupon_figure(made_up().assign_attrs(band=np.nan)).axes[0]
+    assert not hold.collections
+
+
 def test_tests_that_only_check_the_fit_are_drawn_and_those_left_out_are_not():
     for uses, drawn in (
         (["check", "fit"], ["hold", "pull"]),

@@ -7,7 +7,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import gelcone
 from gelcone import ConeModel, Outcome, find_device, simulate
-from gelcone.plots.response import MOST_LINES, failings, members, response_figure
+from gelcone.motion.validity import SLACK_IN
+from gelcone.plots.response import MOST_LINES, SLACK, failings, members, response_figure
 from gelcone.plots.style import BLUE, CYCLE, GREY, STYLE, VERMILION, save_figure
 from tests.plots.made_up import corners, data_of, result
 
@@ -99,6 +100,14 @@ def test_the_strip_says_where_the_model_fails():
     assert [text.get_text() for text in strip.texts][::2] == list(found)
     assert list(failings(RESPONSES["near the limit"]())) == ["film slack", "near limit"]
     assert failings(RESPONSES["never slack"]()) == {}
+
+
+def test_every_slack_state_of_a_film_that_wrinkles_has_its_words():
+    slack = {kind for kinds in SLACK_IN.values() for kind in kinds}
+    assert SLACK.keys() == slack & set(ConeModel(film="wrinkling").system.film.kinds)
+    kinds = "taut hoop_slack meridional_slack crumpled"
+    run = RESPONSES["two samples"]().assign(film_state=("time", [2, 3], {"flag_meanings": kinds}))
+    assert [words for words in failings(run) if words in SLACK.values()] == ["meridian slack", "crumpled"]
 
 
 def test_members_are_named_by_what_differs_between_them():

@@ -100,6 +100,12 @@ def test_a_study_names_the_numbers_of_its_cases_and_says_how_far_it_is():
     assert found["viscous_modulus_1"].values.tolist() == [case.modulus for case in every]
     assert found["relaxation_time_1"].values.tolist() == [case.time for case in every]
     np.testing.assert_array_equal(found["counted"], [COUNTED.get(case, np.nan) for case in every])
+    meanings = {
+        "series_resistance": "series resistance", "viscous_modulus_1": "modulus of the branch",
+        "relaxation_time_1": "relaxation time", "counted": "positive exponents, counted before",
+    }  # fmt: skip
+    for name, words in meanings.items():
+        assert found[name].attrs["long_name"].startswith(words)
     np.testing.assert_allclose(found["voltage"], np.linspace(1.0, 2.0, 21))
     assert found["lyapunov"].sizes["exponent"] == 1
     assert (found.attrs["preset"], found.attrs["window"]) == ("base", QUICK.window)
