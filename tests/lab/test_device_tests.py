@@ -94,6 +94,8 @@ def test_an_amplitude_and_a_phase_are_an_in_phase_and_a_quadrature_part(read):
     assert test.readings == [("m", "laser")] * 4
     assert found.measured
     assert test.name == "frequency response, test 1"
+    with pytest.raises(InputError, match=r"test 1: frequency\[1\] = '9 mm'"):
+        read(text.replace("9 Hz", "9 mm"))
 
 
 def test_tests_are_measured_once_all_readings_are_there(read):

@@ -19,6 +19,7 @@ import pytest
 from gelcone.paper import report as reporting
 from gelcone.paper.claims import Claim
 from gelcone.paper.figures.figure import PaperFigure
+from gelcone.paper.films import CREEPING, MEMBRANE, SERIES_RESISTANCE, WRINKLING
 from gelcone.paper.numbers import Number
 from gelcone.paper.report import DrawnFigure, JudgedClaim, WithFilm, report_html
 from gelcone.paper.run import run
@@ -49,6 +50,11 @@ FINDINGS = {
     Verdict.UNDECIDED: {"holds": None},
     Verdict.UNDECIDABLE: {"holds": True, "decidable": False},
 }
+
+
+def words_of(page, between=""):
+    """The text of a page, with something in place of its tags."""
+    return " ".join(unescape(re.sub(r"<style>.*?</style>|<[^>]+>", between, page, flags=re.DOTALL)).split())
 
 
 def finding(**found):
@@ -96,6 +102,23 @@ def test_a_verdict_with_another_film_says_how_many_runs_end_by_pull_in(ended, ot
     assert list(reporting.films_of([claim])) == ["wrinkling", "membrane"]
 
 
+def test_each_remark_about_a_claim_stands_behind_its_label():
+    slack = tuple(Number("share of the time", share) for share in (0.35, 0.2))
+    own, lost = finding(holds=True, consequence="it follows", slack=slack), finding(holds=False)
+    films = tuple(WithFilm(film, lost, judge(lost), Share(0, 1)) for film in (WRINKLING, MEMBRANE, CREEPING))
+    claim = JudgedClaim(Claim("claim", "statement", 3, ("swing",), None), own, judge(own), films)
+    shown = [words_of(text) for text in re.findall("<p>.*</p>", reporting._claim(claim))]
+    assert shown[2:] == [
+        "A consequence of the model: it follows",
+        "Film slack: in chaos the film is slack for 20% to 35% of the time; "
+        "a real film then wrinkles and does not push.",
+        f"What the paper could not see: unseen {NASTY}",
+        "With a film that wrinkles instead of pushing: not reproduced.",
+        "With the film as a membrane: not reproduced.",
+        f"With a film that also creeps, behind {SERIES_RESISTANCE}: not reproduced.",
+    ]
+
+
 class Outline(HTMLParser):
     """Ids, links, sources and the text of a page; fails for tags that do not match."""
 
@@ -139,7 +162,7 @@ def test_everything_is_escaped(page):
 
 
 def test_the_page_says_what_is_needed_to_judge_it(page):
-    text = " ".join(unescape(re.sub(r"<style>.*?</style>|<[^>]+>", " ", page, flags=re.DOTALL)).split())
+    text = words_of(page, " ")
     for said in (
         "gelcone 1.2.3, effort quick, 2026-02-03",
         "The identification of the parameters is not unique.",
