@@ -5,10 +5,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import gelcone
 from gelcone.errors import InputError
-from gelcone.lab.datasheet import _drive, _rise_time, _static_numbers, datasheet
+from gelcone.lab.datasheet import _drive, _rise_time, _static_numbers, _with_membrane, datasheet
 from gelcone.motion.operating_limits import operating_limits
 
 FIELDS = {
@@ -183,6 +184,14 @@ def test_a_device_without_a_drive_has_statics_alone(still):
     assert "first_limit_voltage" not in found
     assert found.attrs["first_limit"] == "not asked: the device has no drive"
     assert float(found["blocked_force"][1]) == pytest.approx(0.04116871, rel=1e-6)
+
+
+@pytest.mark.parametrize(("drive", "words"), [("same", ""), ("opposite", ", at the actuator's bias")])
+def test_the_pull_in_of_the_membrane_says_at_which_bias_it_holds(drive, words):
+    pair = {"second_film": "wrinkling", "second_drive": drive, "second_flat_height": 1.0}
+    cone = gelcone.ConeModel(film="wrinkling", rest_height=0.9, damping_ratio=0.3, voltage=0.0, **pair)
+    said = _with_membrane(xr.Dataset(), cone)["membrane_pull_in_voltage"].attrs["long_name"]
+    assert said == f"constant voltage at which the disc jumps or the film pulls in{words}, of the membrane"
 
 
 def test_beyond_pull_in_there_are_words_and_no_numbers(still):

@@ -5,7 +5,7 @@ import pytest
 
 from gelcone.codes import Regime
 from gelcone.paper.figures.ends import counted, draw, table, words
-from gelcone.paper.studies.ends import NAME, Case
+from gelcone.paper.studies.ends import NAME, VOLTAGES, Case
 from gelcone.paper.truths import Share
 from tests.paper.made_up import cells
 
@@ -64,6 +64,7 @@ def test_counts_stand_at_their_values_with_bars_over_what_is_not_decided(panel, 
     (band,) = axes.patches
     assert band.get_y() < 9.0 < band.get_y() + band.get_height()
     assert axes.get_xscale() == "log"
+    assert axes.get_ylim()[0] < 0.0 < VOLTAGES.size < axes.get_ylim()[1]
 
 
 def test_a_count_says_its_range():
