@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import gelcone
 from gelcone.devices import reading as module
 from gelcone.devices.reading import read_table
 from gelcone.devices.recorded import read_recording
@@ -347,3 +348,11 @@ def test_the_reader_has_bounds(tmp_path, monkeypatch):
     (tmp_path / "link.csv").symlink_to("/dev/zero")
     with pytest.raises(InputError, match="is not a regular file"):
         read_table(tmp_path / "link.csv")
+
+
+@pytest.mark.parametrize("read", [gelcone.read_wish, gelcone.read_device_tests, gelcone.compare_measured])
+def test_what_is_no_path_is_refused_in_the_name_of_the_function(read):
+    with pytest.raises(
+        InputError, match=f"^{read.__name__}: was given the number 3; give the path of a file or folder"
+    ):
+        read(3)

@@ -105,8 +105,9 @@ def vhb(shares):
 
 def test_a_known_material_comes_out():
     tests = Measured(tuple(program()), (), ("made.csv",))
-    laws = {"laws": ["gent", "yeoh"], "branches": [1, 2, 3]}
-    result = fit_material(tests, {"relative_permittivity": 5.0}, **laws, draws=0)
+    laws, shares = {"laws": ["gent", "yeoh"], "branches": [1, 2, 3]}, []
+    result = fit_material(tests, {"relative_permittivity": 5.0}, **laws, draws=0, progress=shares.append)
+    assert np.sum(shares) == pytest.approx(1.0)  # with the part of the draws
     assert (result.attrs["chosen_law"], result.attrs["chosen_branches"]) == ("yeoh", 2)
     gel = fitted_material(result)
     for name, value in TRUE:

@@ -95,7 +95,11 @@ ONE = where(lambda v, p: v == 2.0 and p == 2.0)
     ],
 )
 def test_safe_prestretch(expected, radial, equibiaxial, finite):
-    assert verdict("map-safe-prestretch", **maps(radial, equibiaxial, finite=finite)) is expected
+    studies = maps(radial, equibiaxial, finite=finite)
+    assert verdict("map-safe-prestretch", **studies) is expected
+    finding = found("map-safe-prestretch", **studies)
+    shares = finding.numbers[:2]  # of all rows of the map: exact
+    assert [(one.low, one.high) for one in shares] == [(one.value, one.value) for one in shares]
 
 
 def test_the_window_is_that_of_the_radial_map():
