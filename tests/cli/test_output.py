@@ -128,6 +128,9 @@ def test_a_bar_of_cells_counts_what_was_asked_and_found(bars):
     assert (bar.total, bar.n, bar.initial) == (300, 200, 100)
     assert bar.said == [("25 % chaotic", False), "closed"]
     assert (bar.given["unit"], bar.given["desc"], bar.given["leave"]) == ("cells", "map", False)
+    numbers = {"n_fmt": 200, "total_fmt": 300, "elapsed": "00:20", "remaining": "00:10", "rate_fmt": "5 cells/s"}
+    shown = bar.given["bar_format"].format(l_bar="map: 67%|", bar="#", postfix=", 25 % chaotic", **numbers)
+    assert shown == "map: 67%|#| 200/300 cells [00:20<00:10, 5 cells/s, 25 % chaotic]"
 
 
 @pytest.mark.parametrize(

@@ -119,6 +119,11 @@ def test_each_remark_about_a_claim_stands_behind_its_label():
     ]
 
 
+def test_the_key_number_of_a_claim_is_its_first():
+    assert words_of(reporting._key(finding(holds=True)), " ") == f"1.0432 ± 0.0031 threshold {NASTY}"
+    assert reporting._key(Finding(holds=True, numbers=(), why="why")) == ""
+
+
 class Outline(HTMLParser):
     """Ids, links, sources and the text of a page; fails for tags that do not match."""
 

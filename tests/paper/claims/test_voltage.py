@@ -238,4 +238,4 @@ def test_numbers_of_the_device():
     assert "flat rest at constant voltage" in ratio.meaning
     flatless = practical(onset=(np.nan, np.nan), pitchfork=(np.nan, np.nan))
     lowest = found("practical-voltage", practical=flatless).numbers[0]
-    assert (lowest.value, "pull-in" in lowest.meaning) == (140.0, True)
+    assert (lowest.value, "(pull-in on a slow ramp)" in lowest.meaning) == (140.0, True)

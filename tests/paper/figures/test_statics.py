@@ -13,6 +13,7 @@ from gelcone.paper.figures.statics import (
     continuum_markers,
     equilibria_over_voltage,
     film_energies,
+    force_figure,
     force_over_displacement,
     surfaces,
 )
@@ -100,6 +101,14 @@ def test_the_continuum_of_the_papers_ratio_is_mirrored_and_carries_the_spring():
     nothing = Figure().add_subplot()
     continuum_markers(xr.Dataset(attrs={MISSING: "no elements"}), study, nothing)
     assert not nothing.lines
+
+
+def test_the_figure_has_the_forces_with_their_continuum_on_the_left_and_the_equilibria_on_the_right():
+    left, right = force_figure({"static": static(), "continuum": continuum()}).axes
+    only = Figure().add_subplot()
+    force_over_displacement(static(), only)
+    assert len(left.lines) > len(only.lines)
+    assert [one.get_label() for one in right.lines[:2]] == ["stable", "unstable"]
 
 
 def energies():
