@@ -300,6 +300,7 @@ def test_endings_and_events_of_branches():
         "limit": "the end of the interval", "rest": "rest", "closed": "closed", "wall": "the stretch limit",
         "pulled_in": "pulls in", "step": "the shortest step",
         "merged": "a branch of half its period or a symmetric one", "points": "the most points",
+        "impossible": "no actuator",
     }  # fmt: skip
     assert said == words.ENDINGS
     for k, (_, text) in enumerate(said.items()):

@@ -390,6 +390,7 @@ ENDINGS = {
     "step": "the shortest step",
     "merged": "a branch of half its period or a symmetric one",
     "points": "the most points",
+    "impossible": "no actuator",
 }
 
 

@@ -10,6 +10,7 @@ import pytest
 
 import gelcone
 from gelcone.atlas.tolerances import tolerances
+from gelcone.dataset import FILM_ERRORS
 from gelcone.register.analyses import ANALYSES
 from tests.answers import answer
 
@@ -66,7 +67,7 @@ WORDS = {
 }
 """Words of codes, where they differ from the variable's own ``flag_meanings`` or it has none."""
 YES_OR_NO = ("symmetric", "doubtful", "coexisting", "stable", "resting", "resolved", "supercritical", "cascade")
-ATTRIBUTES = {"title", "model", "options", "gelcone_version", "device", "device_fields"}
+ATTRIBUTES = {"title", "model", "options", "gelcone_version", "device", "device_fields", *FILM_ERRORS}
 """Attributes of a file for which the JSON object has other places."""
 
 
@@ -119,6 +120,8 @@ def test_the_answer_is_the_data(command, typed, command_line, delivered):
     left_out = {n for n in map(str, result.variables) if n.startswith(("validity_", "film_state_"))}
     same(found, result, {"outcome", "initial", *analysis.file_only, *left_out})
     equal(content["outcome"], result["outcome"], "outcome")
+    for name in FILM_ERRORS:
+        assert content["subject"][name] == result.attrs.get(name)
     for kind in ("validity", "film_state"):
         for name, share in (content[kind] or {}).items():
             equal(share, result[f"{kind}_{name}"], name)

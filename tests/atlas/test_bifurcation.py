@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import gelcone
 from gelcone.atlas import bifurcation as module
 from gelcone.atlas.bifurcation import thresholds_of
 from gelcone.atlas.plan import Plan
@@ -128,7 +129,7 @@ def test_each_branch_has_its_share_of_the_progress(monkeypatch, sweeps):
             progress(1.0)
         return {}
 
-    def thresholds(plans, runs, bisections, threads, progress):
+    def thresholds(plans, runs, whole, bisections, threads, progress):
         before.append(sum(shares))
         progress(1.0)
         return {}
@@ -202,6 +203,7 @@ def test_a_diagram_hands_each_part_what_it_was_asked_for(monkeypatch):
         "from 0.7,0.1": (0.7, 0.1), "from 0.2,0.3": (0.2, 0.3),
     }  # fmt: skip
     assert (thresholds["bisections"], thresholds["threads"]) == (3, 5)
+    assert thresholds["whole"].tolist() == VALUES.tolist()
     (((given), more),) = followed
     assert given == (model, "voltage", 0.1, 0.4, (0.7, 0.1))
     assert more["threads"] == 5
@@ -236,7 +238,7 @@ def test_thresholds_are_narrowed_down_with_the_evidence_from_the_state_that_each
     )  # fmt: skip
     branches = {"up": Evidence.blank(4), "down": Evidence.blank(4)}
     shares = []
-    found = xr.Dataset(module._thresholds({"fixed": PLAN}, branches, 3, 5, shares.append))
+    found = xr.Dataset(module._thresholds({"fixed": PLAN}, branches, VALUES, 3, 5, shares.append))
     assert [call["evidence"] for call in asked["changes"]] == [branches["up"], branches["down"]]
     assert [call["evidence"] for call in asked["_met"]] == [branches["up"], branches["down"]]
     (kinds,), (narrowing,) = asked["_classify"], asked["refine"]
@@ -267,3 +269,33 @@ def test_kinds_are_found_chunk_by_chunk_with_the_options_of_the_plan(monkeypatch
     assert shares == [0.75, 0.25]
     for call in asked["classify"]:
         assert {name: call[name] for name in (*OPTIONS, "threads")} == OPTIONS | {"threads": 5}
+
+
+def test_values_that_make_no_actuator_are_passed_over_and_the_reason_is_stated(monkeypatch):
+    """At an end and in between: what is computed is that of the other values; no change is sought across a gap."""
+    voltages = np.linspace(0.4, 1.0, 7)
+    made = Plan.at
+
+    def without(self, values):
+        if np.isin(values["voltage"], voltages[[3, 6]]).any():
+            raise InputError("voltage: cannot be; take another")
+        return made(self, values)
+
+    few = {"transient": 300.0, "patience": 600.0, "budget": 300.0, "sweeps": ["up"], "bisections": 1}
+    model = ConeModel(damping_ratio=0.1, spring_stiffness=0.5, drive_frequency=0.5)
+    plain = module.bifurcation(model, "voltage", np.delete(voltages, [3, 6]), **few)
+    monkeypatch.setattr(Plan, "at", without)
+    found = module.bifurcation(model, "voltage", voltages, **few)
+    assert found["voltage"].values.tolist() == voltages.tolist()
+    assert found.attrs["impossible"] == "voltage: cannot be; take another"
+    assert (found["outcome"].values[:, [3, 6]] == Outcome.IMPOSSIBLE).all()
+    rest = found.isel(voltage=[0, 1, 2, 4, 5])
+    for name in plain.data_vars:
+        if "voltage" in plain[name].dims:
+            assert found[name].dtype == plain[name].dtype, name
+            np.testing.assert_array_equal(rest[name].values, plain[name].values, str(name))
+    assert len(thresholds_of(plain)) == 2
+    assert thresholds_of(found) == []
+    assert "the first that cannot be made: voltage: cannot be; take another" in gelcone.in_words(found)
+    with pytest.raises(InputError, match=r"^voltage: cannot be"):
+        module.bifurcation(model, "voltage", voltages[[3, 5]], **few)

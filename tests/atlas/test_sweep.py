@@ -856,6 +856,32 @@ def test_an_analysis_that_fails_in_every_cell_ends_the_sweep(monkeypatch):
         sweep(Plan(FAST, {"voltage": [0.1, 0.2]}))
 
 
+def test_an_analysis_refuses_some_cells_with_the_reason_or_all_at_the_start(monkeypatch, tmp_path):
+    """Those that it refuses are impossible; a reason that is that of every cell ends the sweep after a few."""
+    limits = find_analysis("limits")
+    own, asked = limits.compute, []
+
+    def compute(members, states, **options):
+        asked.append(members.size)
+        if (members.values["spring_stiffness"] > most).any():
+            raise InputError("spring_stiffness: is above most; lower it")
+        return own(members, states, **options)
+
+    monkeypatch.setattr(type(limits), "compute", property(lambda self: compute))
+    plan, most = Plan(DAMPED, {"spring_stiffness": np.linspace(0.1, 1.2, 12)}), 0.95
+    found = sweep(plan, "limits", store=tmp_path / "s")
+    assert found["outcome"].values.tolist() == [Outcome.OK] * 9 + [Outcome.IMPOSSIBLE] * 3
+    assert np.isfinite(found["pitchfork_voltage"].values).tolist() == [True] * 9 + [False] * 3
+    assert found.attrs["impossible"] == "spring_stiffness: is above most; lower it"
+    assert show(tmp_path / "s").attrs["impossible"] == found.attrs["impossible"]
+    monkeypatch.setattr(module, "TASK_CELLS", 2)
+    plan, most = Plan(DAMPED, {"spring_stiffness": np.linspace(0.1, 1.2, 900)}), 0.0
+    asked.clear()
+    with pytest.raises(InputError, match=r"^spring_stiffness: is above most; lower it"):
+        sweep(plan, "limits", threads=1)
+    assert len(asked) < 60
+
+
 def test_what_has_no_order_is_neither_refined_nor_stored(tmp_path):
     draws = Plan(FAST, {"voltage": [0.1, 0.2]}, draws={"prestretch": [1.0, 1.1]})
     pump = gelcone.find_device("biased-pump").replace(film="taut")
@@ -897,8 +923,8 @@ def test_a_task_that_raises_an_error_is_tried_cell_by_cell_unless_it_is_stopped(
     found = module._task(None, None, ("section",), np.array([1, 3, 5]))
     assert [(cells.tolist(), result) for cells, result in found] == [([1], 1), ([3], None), ([5], 5)]
     assert asked == [(cells, ("section",)) for cells in ([1, 3, 5], [1], [3], [5])]
-    with pytest.raises(InputError):
-        module._task(None, None, (), np.array([5, 7]))
+    refused = module._task(None, None, (), np.array([5, 7]))
+    assert [(cells.tolist(), result) for cells, result in refused] == [([5], 5), ([7], "no")]
     with pytest.raises(MemoryError):  # cell by cell it would take as much
         module._task(None, None, (), np.array([5, 9]))
 

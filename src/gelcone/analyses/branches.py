@@ -70,8 +70,9 @@ def followed_lines(shown: xr.Dataset, name: str = "") -> list[str]:
 
 def continue_branch_words(shown: xr.Dataset, subject: Subject) -> str:
     """Branches as text: each with its events, how it ends, and what brute force says."""
-    name = shown.attrs["parameter"]
-    return "\n".join([*heading(subject, [name]), *branch_lines(shown)])
+    name, cut = shown.attrs["parameter"], shown.attrs.get("impossible")
+    more = [] if cut is None else [f"no actuator can be made {cut}"]
+    return "\n".join([*heading(subject, [name]), *branch_lines(shown), *more])
 
 
 def branch_lines(shown: xr.Dataset, name: str = "") -> list[str]:

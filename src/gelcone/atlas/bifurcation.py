@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import reduce
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,6 +14,7 @@ from gelcone import dataset
 from gelcone.atlas.branches.attached import attach
 from gelcone.atlas.branches.continuation import continue_branch
 from gelcone.atlas.plan import DEFAULT_INITIAL, STATES, Plan, about
+from gelcone.atlas.store import fill_of
 from gelcone.atlas.threshold import Threshold, changes, refine
 from gelcone.codes import Outcome, Regime
 from gelcone.devices.analysis import analysis, plain
@@ -95,7 +98,8 @@ def bifurcation(
     ``threshold`` each change of regime: ``threshold_branch``, ``threshold_from`` and ``threshold_to`` (codes of
     `Regime`), ``threshold_low`` and ``threshold_high``: the last value up to which all 16 starts within 1e-9 are of the
     one kind, and the first from which on none is; and ``threshold_cascade`` (1: chaos begins by doublings of the
-    period).
+    period). Values of which no actuator can be made have the outcome ``impossible``, and ``attrs["impossible"]`` states
+    why the first of them has.
 
     Raises
     ------
@@ -124,25 +128,53 @@ def bifurcation(
     next(iter(plans.values())).check_order("a bifurcation diagram")
     if len(plans) < len(states):
         raise InputError(f"initial = {states}: holds a state twice; remove duplicates")
+    whole = next(iter(plans.values()))
+    plans = _possible(plans)
     first = next(iter(plans.values()))
     check_budgets(**{name: first.options.get(name) for name in ("transient", "patience", "budget")})
     counted, once = Counted(progress), tuple(dict.fromkeys(sweeps))
     part = BRANCHES_SHARE / (len(once) + len(plans))
     runs: dict[str, Evidence] = {}
     for name, plan in plans.items():
-        start_states(*plan.at(plan.grid))
         members, starts = _fixed(plan, plan.grid)
         runs[name] = _classify(plan, members, starts, threads, weighted(counted, part))
     runs = _sweep(first, once, threads, lambda share: counted(share * part)) | runs
     result = _label(first, runs)
-    thresholds = _thresholds(plans, runs, bisections, threads, lambda share: counted((1.0 - BRANCHES_SHARE) * share))
-    result = result.assign(thresholds)
+    every, left = whole.over[parameter], 1.0 - BRANCHES_SHARE
+    thresholds = _thresholds(plans, runs, every, bisections, threads, lambda share: counted(left * share))
+    made = result.assign(thresholds)
+    result = made if first.size == whole.size else _with_impossible(made, whole)
     if branches:
         ends = float(first.over[parameter][0]), float(first.over[parameter][-1])
-        followed = plain(continue_branch)(model, parameter, *ends, first.initial, start=result, threads=threads)
+        followed = plain(continue_branch)(model, parameter, *ends, first.initial, start=made, threads=threads)
         result = attach(result, followed)
     counted.finish()
     return result
+
+
+def _possible(plans: dict[str, Plan]) -> dict[str, Plan]:
+    """The plans over those values that make an actuator; `InputError` for fewer than two, and where none can start."""
+    found = [plan.possible() for plan in plans.values()]
+    for _, models, states in found:
+        start_states(models, states)
+    cells = reduce(np.intersect1d, [cells for cells, _, _ in found])
+    first = next(iter(plans.values()))
+    if cells.size < 2:
+        raise InputError(first.refusal(int(np.setdiff1d(np.arange(first.size), cells)[0])))
+    if cells.size == first.size:
+        return plans
+    over = {name: values[cells] for name, values in first.over.items()}
+    return {name: replace(plan, over=over) for name, plan in plans.items()}
+
+
+def _with_impossible(result: xr.Dataset, plan: Plan) -> xr.Dataset:
+    """The diagram over all values of the plan: those that make no actuator have the outcome ``impossible``, and the
+    attribute ``impossible`` states the reason of the first."""
+    ((name, values),) = plan.over.items()
+    lacking = np.setdiff1d(np.arange(values.size), np.searchsorted(values, result[name].values))
+    blank = {str(own): fill_of(variable.dtype) for own, variable in result.items() if name in variable.dims}
+    spread = result.reindex({name: values}, fill_value=blank | {"outcome": Outcome.IMPOSSIBLE.value})
+    return spread.assign_attrs(impossible=plan.refusal(int(lacking[0])))
 
 
 def _states(model: ConeModel | Device, initial: Any) -> list[Any]:
@@ -233,14 +265,22 @@ def _label(plan: Plan, branches: dict[str, Evidence]) -> xr.Dataset:
 def _thresholds(
     plans: dict[str, Plan],
     branches: dict[str, Evidence],
+    whole: Array,
     bisections: int,
     threads: int | None,
     progress: Callable[[float], None],
 ) -> dict[str, Any]:
-    """Every change of regime between neighbours, narrowed down from the state on the side where it began."""
+    """Every change of regime between neighbours, without those that any of the ``whole`` values lies between, narrowed
+    down from the state on the side where it began."""
     plan = next(iter(plans.values()))
     (name, values) = next(iter(plan.over.items()))
-    found = [change for branch, evidence in branches.items() for change in changes(branch, values, evidence)]
+    lacking = np.setdiff1d(whole, values)
+    found = [
+        change
+        for branch, evidence in branches.items()
+        for change in changes(branch, values, evidence)
+        if not ((lacking > change.low) & (lacking < change.high)).any()
+    ]
     met = {id(change): _met(plans, change, branches[change.branch], values) for change in found}
 
     def classified(owners: list[Threshold], tried: Array) -> Evidence:

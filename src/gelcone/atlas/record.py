@@ -16,11 +16,13 @@ from gelcone._version import __version__
 from gelcone.atlas.plan import Plan, about
 from gelcone.atlas.store import FILM_ERRORS, Field, Status, Store, read_plan
 from gelcone.codes import Outcome
-from gelcone.devices.analysis import analysis, scaled
+from gelcone.devices.analysis import analysis, device_words, scaled
 from gelcone.devices.device import Device
+from gelcone.devices.points import at
 from gelcone.devices.si import DRAWN, device_attributes, to_si
 from gelcone.earlier import with_names_of_today
 from gelcone.errors import InputError, check_path
+from gelcone.motion.start import complete
 from gelcone.register.analyses import find_analysis
 from gelcone.register.analysis import Analysis
 
@@ -200,8 +202,23 @@ def label(
     }
     result = over_axes(plan, variables, options, title, errors)
     refused = (fields["outcome"].values == Outcome.IMPOSSIBLE) & (fields["status"].values == Status.COMPUTED)
-    own = {"impossible": plan.refusal(int(refused.argmax()))} if refused.any() else {}
+    own = {"impossible": refusal(plan, analysis, int(refused.argmax()))} if refused.any() else {}
     return result.assign_attrs(analysis=analysis.name, totals=json.dumps(tally.record()), **own)
+
+
+def refusal(plan: Plan, analysis: Analysis, cell: int) -> str:
+    """The reason why a cell makes no actuator, or why the analysis refuses the one that it makes; empty if neither."""
+    if reason := plan.refusal(cell):
+        return reason
+    values = plan.values(np.array([cell]))
+    model, states = plan.at(values)
+    members = model.members()
+    try:
+        with device_words(None if plan.device is None else at(plan.device, values)):
+            analysis.compute(members, complete(members, states), threads=1, **analysis.settings(plan.options))
+    except InputError as error:
+        return str(error)
+    return ""
 
 
 def over_axes(

@@ -232,8 +232,9 @@ def _follow(wanted: Generator[Cells, Kinds, Refined], answer: Callable[[Cells], 
         return refined
 
 
-Part = tuple[Cells, dict[str, Field] | None]
-"""Some cells and their fields; None for a cell whose analysis raised an error."""
+Part = tuple[Cells, dict[str, Field] | str | None]
+"""Some cells and their fields; of cells that are impossible the reason in words, and None for a cell whose analysis
+raised another error."""
 Task = Callable[[Cells], list[Part]]
 
 
@@ -244,20 +245,17 @@ def _work(cells: _Cells, team: Team, task: Task, progress: Callable[[Tally], Non
     possible = cells.possible[missing]
     for parts, steps in team.run(task, _tasks(missing[possible], team.size)):
         cells.take(parts, steps)
+        if not cells.examined and any(isinstance(result, str) for _, result in parts):
+            cells.examine(task)
         progress(cells.tally)
     if not cells.fields and not possible.any():
         for parts, _ in team.run(task, iter([np.flatnonzero(cells.possible)[:1]])):
             cells.begin(parts)
     if not cells.fields:
-        raise InputError("the analysis raises an error in every cell; run one of them alone to see it")
-    cells.take([_impossible(missing[~possible])], 0)
+        error = "the analysis raises an error in every cell; run one of them alone to see it"
+        raise InputError(next(iter(cells.reasons), error))
+    cells.take([(missing[~possible], "")], 0)
     return cells.kinds(asked)
-
-
-def _impossible(cells: Cells) -> Part:
-    """Cells of which no actuator can be made."""
-    outcome = np.full(cells.size, Outcome.IMPOSSIBLE, dtype=np.int8)
-    return cells, {"outcome": Field((), outcome, dataset.OUTCOME_ATTRIBUTES)}
 
 
 def _spread(cells: Cells) -> Cells:
@@ -288,11 +286,11 @@ def _task(plan: Plan, analysis: Analysis, keep: tuple[str, ...], cells: Cells) -
     """Computes some cells. After an error they are computed one by one; those that raise an error have no result."""
     try:
         return [(cells, compute(plan, analysis, cells, keep))]
-    except (Stopped, InputError, MemoryError):
+    except (Stopped, MemoryError):
         raise
-    except Exception:
+    except Exception as error:
         if cells.size == 1:
-            return [(cells, None)]
+            return [(cells, str(error) if isinstance(error, InputError) else None)]
     return [part for cell in np.split(cells, cells.size) for part in _task(plan, analysis, keep, cell)]
 
 
@@ -304,6 +302,7 @@ class _Cells:
         self.possible = np.zeros(plan.size, dtype=bool)
         self.possible[possible] = True
         self._kinds = kinds
+        self.examined = False
         self.fields: dict[str, Field] = {}
         self.computed = np.zeros(plan.size, dtype=bool)
         self.tally = Tally(plan.size)
@@ -326,7 +325,7 @@ class _Cells:
         self._count(cells[self.computed[cells]])
 
     def take(self, parts: list[Part], steps: int) -> None:
-        """Stores the results of a task; cells without a result get the outcome `Outcome.ERROR`."""
+        """Stores the results of a task; cells without one get the outcome `Outcome.IMPOSSIBLE` or `Outcome.ERROR`."""
         self.tally = replace(self.tally, steps=self.tally.steps + steps)
         known = self.begin(parts)
         if self._store is not None and known and (lacks := sorted(known[0].keys() - self.fields.keys())):
@@ -338,8 +337,8 @@ class _Cells:
         if not self.fields:
             return
         for cells, result in self._untaken:
-            self.fields["outcome"].values[cells] = Outcome.ERROR
-            for name, field in (result or {}).items():
+            self.fields["outcome"].values[cells] = Outcome.IMPOSSIBLE if isinstance(result, str) else Outcome.ERROR
+            for name, field in result.items() if isinstance(result, dict) else ():
                 self.fields[name].values[cells] = field.values
             self.fields["status"].values[cells] = Status.COMPUTED
             self.computed[cells] = True
@@ -351,7 +350,7 @@ class _Cells:
 
     def begin(self, parts: list[Part]) -> list[dict[str, Field]]:
         """Begins the fields of all cells as the first of the results, which are returned."""
-        known = [result for _, result in parts if result is not None]
+        known = [result for _, result in parts if isinstance(result, dict)]
         if self.fields or not known:
             return known
         size = self.plan.size
@@ -362,6 +361,22 @@ class _Cells:
         if self._store is not None:
             self._store.begin(self.fields, coordinates(self.plan))
         return known
+
+    @property
+    def reasons(self) -> list[str]:
+        """The reasons why cells are impossible, of those not stored since no result is known."""
+        return [result for _, result in self._untaken if isinstance(result, str)]
+
+    def examine(self, task: Task) -> None:
+        """Raises `InputError` if the first, the middle and the last cell are impossible for one and the same reason,
+        which is then that of every cell."""
+        self.examined = True
+        own = np.flatnonzero(self.possible)
+        found = {
+            result if isinstance(result, str) else "" for k in (0, own.size // 2, -1) for _, result in task(own[[k]])
+        }
+        if len(found) == 1 and (reason := found.pop()):
+            raise InputError(reason)
 
     def _count(self, cells: Cells) -> None:
         tally = self.tally

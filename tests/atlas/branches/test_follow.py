@@ -11,6 +11,7 @@ from gelcone.atlas.branches import follow
 from gelcone.atlas.branches.branch import Ending, EventKind, Walk
 from gelcone.atlas.branches.checkpoint import Checkpoint
 from gelcone.atlas.branches.point import Metric
+from gelcone.errors import InputError
 from gelcone.motion.flow import integrate
 from gelcone.motion.orbit import Kind
 from gelcone.presets import find_preset
@@ -259,6 +260,21 @@ def test_a_branch_ends_where_the_film_has_no_state(monkeypatch, pulled_in, ended
     branch = s_branch(reach=maps.AWAY + 1.8)
     assert set(branch.ended) == {ended, Ending.LIMIT}
     assert s_of(branch).max() == pytest.approx(1.8, abs=1e-6)
+
+
+def test_a_branch_ends_where_its_values_make_no_actuator(monkeypatch):
+    def run(self, nodes, values):
+        if values[0] > 0.37:
+            raise InputError("there is none")
+        return own(self, nodes, values)
+
+    own = maps.Maps.run
+    world = maps.Maps(maps.pitchfork, symmetric=True)
+    start = maps.orbit_at(world, 0.2, np.sqrt(0.2))
+    monkeypatch.setattr(maps.Maps, "run", run)
+    branch = follow.follow(world, start, Walk(-1.0, 1.0))
+    assert branch.ended == (Ending.REST, Ending.IMPOSSIBLE)
+    assert branch.values.max() == pytest.approx(0.37, abs=1e-6)
 
 
 def test_a_branch_has_at_most_so_many_points_each_way():

@@ -187,3 +187,33 @@ def test_values_are_said_in_the_unit_of_their_own_field_and_measured_by_its_larg
     assert own.along("first", "second") == {"along": "voltage_offset=first,film_thickness=second"}
     assert own.attributes(1)["units"] == "m"
     assert vary(gelcone.ConeModel(), {"voltage": (0.1, 0.2)}).along("value") == {}
+
+
+def test_an_interval_is_cut_before_values_that_make_no_actuator_and_the_reason_is_stated():
+    """Found by halves, also where both ends make none; a locus has no such interval."""
+    model = gelcone.ConeModel(dielectric_share=0.3, dielectric_time=2.0, rest_height=0.3, drive_frequency=0.5)
+    reason = "dielectric_share = 1: must be below 1; lower it"
+    cut = vary(model, {"dielectric_share": (0.5, 1.5)}, narrow=True)
+    assert cut.low.item() == 0.5
+    assert cut.high.item() == pytest.approx(1.0, abs=1.0 / 2**10)
+    assert cut.high.item() < 1.0
+    assert cut.refused == (("1", reason),)
+    disc = vary(PUMP, {"disc_radius": ("5 mm", "35 mm")}, narrow=True)
+    assert disc.high.item() == pytest.approx(30e-3, abs=30e-6)
+    ((at, why),) = disc.refused
+    assert why.startswith(f"disc_radius = {at}: must be less than film_radius = 30 mm")
+    assert vary(model, {"dielectric_share": (0.5, 0.9)}, narrow=True).refused == ()
+    with pytest.raises(InputError, match=r"dielectric_share = 1\.2: must be below 1"):
+        vary(model, {"dielectric_share": (1.2, 1.4)}, narrow=True)
+    with pytest.raises(InputError, match="must be below 1"):
+        vary(model, {"dielectric_share": (0.5, 1.5), "voltage": (0.1, 0.2)}).shooting()
+
+
+def test_branches_up_to_values_that_make_no_actuator_are_returned(monkeypatch):
+    late = {"dielectric_share": 0.3, "dielectric_time": 2.0}
+    model = gelcone.ConeModel(damping_ratio=0.1, rest_height=0.3, drive_frequency=0.5, voltage=0.9, **late)
+    monkeypatch.setattr(varied_module, "HALVINGS", 3)
+    found = gelcone.continue_branch(model, "dielectric_share", 0.8, 1.2, start="settled", checks=2, switch=0)
+    assert found["value"].max().item() == pytest.approx(0.95)
+    assert found.attrs["impossible"] == "at 1: dielectric_share = 1: must be below 1; lower it"
+    assert f"no actuator can be made {found.attrs['impossible']}" in gelcone.in_words(found)

@@ -27,6 +27,7 @@ class Ending(Code):
     STEP = 5, "could not be followed with the shortest step"
     MERGED = 6, "merged with a branch of half its period, or a symmetric one"
     POINTS = 7, "took as many points as were allowed"
+    IMPOSSIBLE = 8, "reached values of which no actuator can be made"
 
 
 class EventKind(Code):

@@ -121,7 +121,8 @@ def continue_branch(
     it converged), ``event_orbit``, ``event_multiplier_real`` and ``event_multiplier_imag``. Of brute force
     ``run_value``, ``run_period`` and ``run_section``; of the contradictions ``flag_kind``, ``flag_explanation``,
     ``flag_branch`` and ``flag_value``; and how much was compared: ``checked_cycles``, ``checked_orbits`` and
-    ``seeded``, the branches that a cycle of brute force started.
+    ``seeded``, the branches that a cycle of brute force started. Where the interval ends at values of which no actuator
+    can be made, it is cut before them, to a thousandth, and ``attrs["impossible"]`` states the value and the reason.
 
     Raises
     ------
@@ -136,7 +137,7 @@ def continue_branch(
     >>> f"at {found.event_value.item():.5f}, supercritical: {bool(found.event_supercritical.item())}"
     'at 0.65809, supercritical: True'
     """
-    varied = vary(model, {parameter: (low, high)}, initial)
+    varied = vary(model, {parameter: (low, high)}, initial, narrow=True)
     counts = {"switch": switch, "checks": checks, "points": points}
     check_following(counts, tolerance, threads)
     options = {
@@ -355,7 +356,9 @@ def _label(varied: Varied, tree: Tree, runs: Runs, checked: Checked, options: di
         if place:
             variable.attrs |= varied.along(place)
     result["flag_kind"].attrs |= dataset.flags_of([flag.replace(" ", "_") for flag in FLAGS])
-    return result.assign_attrs(parameter=varied.names[0], mirror=int(branches[0].shooting.symmetric), **varied.about)
+    name = varied.names[0]
+    own = {"impossible": "; ".join(f"at {at}: {why}" for at, why in varied.refused)} if varied.refused else {}
+    return result.assign_attrs(parameter=name, mirror=int(branches[0].shooting.symmetric), **own, **varied.about)
 
 
 def _of(items: Sequence[Any], field: str, kind: Any) -> Any:

@@ -24,6 +24,7 @@ from gelcone.atlas.branches.point import (
     point_between,
     way,
 )
+from gelcone.errors import InputError
 from gelcone.motion.orbit import Kind, Shooting
 from gelcone.quantity import Array
 
@@ -84,13 +85,13 @@ def _take_step(shooting: Shooting, way: Checkpoint, walk: Walk, resting: bool) -
     metric = Metric.of(here.nodes, walk.scale)
     tangent = metric.unit(here.tangent)
     guess = _ahead(points[-2] if len(points) > 1 else None, here, tangent, metric, way.step)
-    found = correct(shooting, guess, tangent, metric)
+    found = _corrected(shooting, guess, tangent, metric)
     point = found.point
     if point is None or not _trusted(shooting, here, found, tangent, metric, way.step, resting):
         way.step *= 0.4
         if way.step < SHORTEST_STEP:
             at_wall = Ending.PULLED_IN if shooting.pulled_in else Ending.WALL
-            way.finish(at_wall if found.left else Ending.STEP)
+            way.finish(Ending.IMPOSSIBLE if found.impossible else at_wall if found.left else Ending.STEP)
         return
     if not walk.low <= point.value <= walk.high:
         last = _at_border(shooting, here, point, walk, metric)
@@ -124,6 +125,14 @@ def _take_step(shooting: Shooting, way: Checkpoint, walk: Walk, resting: bool) -
         way.finish(Ending.POINTS)
     factor = min(max((AIM / max(found.step, 1e-12)) ** 0.25, 0.5), 1.7)
     way.step = min(way.step * factor, LONGEST_STEP_AT_REST if resting else LONGEST_STEP)
+
+
+def _corrected(shooting: Shooting, guess: Direction, plane: Direction, metric: Metric) -> Corrected:
+    """`correct`, also at values that make no actuator."""
+    try:
+        return correct(shooting, guess, plane, metric)
+    except InputError:
+        return Corrected(None, impossible=True)
 
 
 def _trusted(

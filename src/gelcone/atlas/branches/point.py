@@ -100,12 +100,13 @@ class Point:
 
 @dataclass(frozen=True)
 class Corrected:
-    """The result of a correction: the ``point``, or None; ``left``, true if the orbit left the domain of the film; and
-    the length of the first ``step``, the error of the guess."""
+    """The result of a correction: the ``point``, or None; ``left``, true if the orbit left the domain of the film; the
+    length of the first ``step``, the error of the guess; and ``impossible``, true where the values make no actuator."""
 
     point: Point | None
     left: bool = False
     step: float = np.inf
+    impossible: bool = False
 
 
 def way(a: Point, b: Point) -> Direction:

@@ -28,6 +28,7 @@ from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
 
 PROPORTIONAL = 1e-12
+HALVINGS = 10
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,8 @@ class Varied:
 
     Branches are followed in values over the ``scales``, which are of order 1 in any unit: a value of a branch times the
     scale is that of the parameter, or of the field in SI. ``parameters`` are those of the model that represent the
-    fields; empty where a field changes several.
+    fields; empty where a field changes several. ``refused`` are values in words beyond the interval, and the reasons
+    why they make no actuator.
     """
 
     target: ConeModel | Device
@@ -46,6 +48,7 @@ class Varied:
     initial: Any
     scales: Array
     parameters: tuple[str, ...]
+    refused: tuple[tuple[str, str], ...] = ()
 
     @property
     def device(self) -> Device | None:
@@ -150,8 +153,10 @@ class Varied:
         return f"{value:g}" if self.device is None else format_si(value, self.attributes(k)["units"])
 
 
-def vary(target: ConeModel | Device, over: Mapping[str, tuple[Any, Any]], initial: Any = None) -> Varied:
-    """Checked intervals of parameters or fields.
+def vary(
+    target: ConeModel | Device, over: Mapping[str, tuple[Any, Any]], initial: Any = None, *, narrow: bool = False
+) -> Varied:
+    """Checked intervals of parameters or fields; to ``narrow`` one is to take the part that makes an actuator.
 
     Raises
     ------
@@ -160,6 +165,7 @@ def vary(target: ConeModel | Device, over: Mapping[str, tuple[Any, Any]], initia
     check_one(target, "branches")
     low, high = np.array([_interval(target, name, *ends) for name, ends in over.items()]).T
     varied = Varied(target, tuple(over), low, high, initial, np.ones(len(over)), tuple(over))
+    varied = _narrowed(varied) if narrow else varied
     if not isinstance(target, Device):
         return varied
     parameters, scales = _standing_for(varied)
@@ -175,12 +181,43 @@ def _interval(target: ConeModel | Device, name: str, low: Any, high: Any) -> tup
     else:
         check_name("parameter of the model", name, target.values)
         for end in (low, high):
-            target.replace(**{name: end})
+            target.system.parameters[name].check(name, end)
     if not (np.isfinite([low, high]).all() and low < high):
         device = target if isinstance(target, Device) else None
         ends = " to ".join(shown_value(device, name, end) for end in (low, high))
         raise InputError(f"{name} from {ends}: must be an interval, its lower end first; swap the ends")
     return float(low), float(high)
+
+
+def _narrowed(varied: Varied) -> Varied:
+    """One interval up to where its values cease to make an actuator, to 2 to the power of minus `HALVINGS` of its
+    length. Raises `InputError` where neither its ends nor its middle make one."""
+
+    def refusal(value: float) -> str:
+        try:
+            varied.plan.at({varied.names[0]: np.array([value])})
+        except InputError as error:
+            return str(error)
+        return ""
+
+    ends = [float(varied.low[0]), float(varied.high[0])]
+    reasons = [refusal(end) for end in ends]
+    if not any(reasons):
+        return varied
+    inner = next((at for at in (*ends, 0.5 * (ends[0] + ends[1])) if not refusal(at)), None)
+    if inner is None:
+        raise InputError(reasons[0])
+    refused, found = [], list(ends)
+    for k in np.flatnonzero(reasons):
+        found[k], beyond = inner, ends[k]
+        for _ in range(HALVINGS):
+            middle = 0.5 * (found[k] + beyond)
+            if refusal(middle):
+                beyond = middle
+            else:
+                found[k] = middle
+        refused.append((varied.worded(beyond), refusal(beyond)))
+    return replace(varied, low=np.array(found[:1]), high=np.array(found[1:]), refused=tuple(refused))
 
 
 def _named(varied: Varied, values: Sequence[Any]) -> dict[str, Array]:
