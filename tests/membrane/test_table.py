@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from gelcone import InputError, disk_cache
+from gelcone.errors import DoubtfulInput
 from gelcone.membrane import force, made
 from gelcone.membrane.columns import columns, longest, lowest_localisation
 from gelcone.membrane.elements import Elements
@@ -288,3 +289,21 @@ def test_a_film_reaches_as_far_as_nine_tenths_of_its_stretch_limit_next_to_the_d
         assert n["reach_squared"] == pytest.approx(trial[0] ** 2, rel=1e-12)
     with pytest.raises(InputError, match="stretch_limit: is too close to the pre-stretch"):
         made_up("even", stretch_limit=0.2)
+
+
+def test_many_films_to_be_made_are_announced_once_with_what_they_cost(monkeypatch, recwarn):
+    """Those that are stored, or were asked for before, cost nothing."""
+    made_up = dict.fromkeys(made.names(), 1.0)
+    monkeypatch.setattr(made, "_made", lambda *film: tuple(made_up.values()))
+    monkeypatch.setattr(made, "_asked", set())
+    monkeypatch.setattr(made.disk_cache, "holds", lambda kind, parts, sources: parts[3][0] < 0.1)
+    law = LAW.numbers({"stretch_limit": 50.0})
+    for ratios in (np.linspace(0.2, 0.3, 16), np.linspace(0.01, 0.09, 40)):
+        made.numbers_of(LAW, law, ratios, 1.0, 1.0)
+    assert not recwarn.list
+    several = np.linspace(0.05, 0.85, 75)
+    with pytest.warns(DoubtfulInput, match=r"^70 membranes that differ are made first, .* 4 to 9 min in all"):
+        made.numbers_of(LAW, law, several, 1.0, 1.0)
+    recwarn.clear()
+    made.numbers_of(LAW, law, several, 1.0, 1.0)
+    assert not recwarn.list

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+import warnings
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -11,13 +12,20 @@ from typing import Any
 import numpy as np
 
 from gelcone import disk_cache
-from gelcone.errors import InputError
+from gelcone.errors import DoubtfulInput, InputError
 from gelcone.membrane.gel import Array, Gel
 from gelcone.membrane.table import names, table
 
 KIND = disk_cache.MEMBRANES
+Film = tuple[Any, tuple[str, ...], tuple[float, ...]]
+"""Law, names of its numbers, and the ratio, the squared pre-stretches and these numbers."""
+MANY, SECONDS = 16, (3, 8)
+"""Number of films to be made above which a warning says so, and the time that each takes."""
 DIGITS, MOST = 13, 4096
 """Digits of the numbers that tables are made for, and number of tables held in memory."""
+
+_asked: set[Film] = set()
+"""Films asked for in this process."""
 
 
 def numbers_of(law: Any, law_numbers: Mapping[str, Any], ratio: Any, A: Any, B: Any) -> dict[str, Any]:
@@ -33,7 +41,9 @@ def numbers_of(law: Any, law_numbers: Mapping[str, Any], ratio: Any, A: Any, B: 
     if np.any(rows[:, 0] >= 1.0):
         raise InputError(f"radius_ratio = {rows[:, 0].max():g}: must be below 1; the disc is smaller than its ring")
     each, place = np.unique(rows, axis=0, return_inverse=True)
-    tables = [_made(law, tuple(law_numbers), tuple(map(float, row))) for row in each]
+    films = [(law, tuple(law_numbers), tuple(map(float, row))) for row in each]
+    _say_what_it_costs(films)
+    tables = [_made(*film) for film in films]
     if not shape and isinstance(tables[0], str):
         raise InputError(tables[0])
     none = (math.nan,) * len(names())
@@ -42,6 +52,26 @@ def numbers_of(law: Any, law_numbers: Mapping[str, Any], ratio: Any, A: Any, B: 
         return dict(zip(names(), made[0], strict=True))
     matrix = np.array(made)
     return {name: matrix[place.ravel(), k].reshape(shape) for k, name in enumerate(names())}
+
+
+def _say_what_it_costs(films: Sequence[Film]) -> None:
+    """Warn that more than `MANY` of the films have to be made first."""
+    asked = [film for film in films if film not in _asked]
+    _asked.update(asked)
+    missing = 0 if len(asked) <= MANY else sum(not disk_cache.holds(KIND, *_stored(*film)) for film in asked)
+    if missing > MANY:
+        warnings.warn(
+            f"{missing} membranes that differ are made first, in {SECONDS[0]} to {SECONDS[1]} s of one core each, "
+            f"{missing * SECONDS[0] / 60.0:.0f} to {missing * SECONDS[1] / 60.0:.0f} min in all, and stored for later "
+            "runs; film = wrinkling needs none",
+            DoubtfulInput,
+            stacklevel=2,
+        )
+
+
+def _stored(law: Any, law_names: tuple[str, ...], row: tuple[float, ...]) -> tuple[object, disk_cache.Sources]:
+    """The parts that identify a table in the disk cache, and the sources that it follows from."""
+    return (type(law), law, law_names, row), (Path(__file__).parent, type(law))
 
 
 def refusal(law: Any, law_numbers: Mapping[str, Any], ratio: Any, A: Any, B: Any) -> str:
@@ -69,8 +99,8 @@ def _made(law: Any, law_names: tuple[str, ...], row: tuple[float, ...]) -> tuple
             return str(refusal).encode()
         return np.array([found[name] for name in names()]).tobytes()
 
-    parts = (type(law), law, law_names, row)
-    content = disk_cache.made(KIND, parts, make, (Path(__file__).parent, type(law)))
+    parts, sources = _stored(law, law_names, row)
+    content = disk_cache.made(KIND, parts, make, sources)
     if len(content) != np.dtype(float).itemsize * len(names()):
         return content.decode()
     return tuple(np.frombuffer(content).tolist())
