@@ -36,15 +36,22 @@ BEGINNINGS = re.compile(
 
 def findings(path: Path) -> Iterator[tuple[int, str]]:
     """The lines of a file that break a rule, and the rule."""
-    with tokenize.open(path) as file:
-        text = file.read()
     with path.open("rb") as content:
         for token in tokenize.tokenize(content.readline):
             if token.type == tokenize.NAME and "told" in token.string.split("_"):
                 yield token.start[0], f"the name {token.string!r}; write what it holds"
             if token.type in (tokenize.STRING, tokenize.COMMENT, getattr(tokenize, "FSTRING_MIDDLE", -1)):
                 yield from _words(token.string, token.start[0])
-    yield from _docstrings(ast.parse(text))
+    yield from _docstrings(ast.parse(path.read_bytes()))
+
+
+def _statements(module: ast.Module) -> Iterator[ast.AST]:
+    """A module and all that it defines, at any depth; most of the nodes of `ast.walk` are expressions."""
+    found: list[ast.AST] = [module]
+    for node in found:  # which grows
+        yield node
+        for name in ("body", "orelse", "finalbody", "handlers", "cases"):
+            found += getattr(node, name, ())
 
 
 def _words(text: str, line: int) -> Iterator[tuple[int, str]]:
@@ -61,7 +68,7 @@ def _docstrings(module: ast.Module) -> Iterator[tuple[int, str]]:
         line = getattr(node, "lineno", 1)
         if docstring is None:
             yield line, f"{getattr(node, 'name', 'the module')} has no docstring"
-    for node in ast.walk(module):
+    for node in _statements(module):
         documented = isinstance(node, ast.Module | ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef)
         if documented and BEGINNINGS.match(docstring := ast.get_docstring(node) or ""):
             line = getattr(node, "lineno", 1)
@@ -84,7 +91,7 @@ def _classes() -> dict[str, list[ast.ClassDef]]:
     """Name -> the classes of that name in the sources."""
     found: dict[str, list[ast.ClassDef]] = {}
     for path in SOURCE.rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for node in _statements(ast.parse(path.read_bytes())):
             if isinstance(node, ast.ClassDef):
                 found.setdefault(node.name, []).append(node)
     return found
