@@ -148,7 +148,7 @@ def _ends(piece: str, u: Array, n: Numbers) -> tuple[Array, Array]:
 
 
 def _error(law: StrainEnergyLaw, n: Numbers) -> float:
-    """The stated relative error of the capacitance of a film with all its numbers."""
+    """The stated relative error of the capacitance of a film with all its numbers; NaN for a film without a piece."""
     film, errors = Elements(Gel(law, n, n["A"], n["B"]), n["radius_ratio"]), []
     for piece in (one for one in formulas.PIECES if abs(n[f"{one}_scale"]) > 0.0):
         s, end = _ends(piece, np.linspace(-1.0, 1.0, CHECKED_HEIGHTS + 2)[1:-1], n)
@@ -159,4 +159,4 @@ def _error(law: StrainEnergyLaw, n: Numbers) -> float:
             behind = np.where(own.rim > 0.0, 1.0, 0.0), np.where(own.whole > 0.0, 1.0, 0.0)
             off = capacitance(piece, s, own, n, behind) / film.measures(states).area - 1.0
         errors.append(np.abs(off[states.found]))
-    return ELEMENT_ERROR + MARGIN * float(np.concatenate(errors).max(initial=0.0))
+    return ELEMENT_ERROR + MARGIN * float(np.concatenate(errors).max(initial=0.0)) if errors else np.nan
