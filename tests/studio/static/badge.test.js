@@ -149,3 +149,12 @@ test("a badge is made of its side, kind, numbers and sentences, each in its own 
   own.lower = () => {}; own.show("a", { words: { shares: [{ code: 0, share: 1 }], seems: "after 3 ms", ended: "pulled in" }, about: { film: FILM, si: true, strength: true } }, LEGEND);
   assert.equal(made(own.rows.get("a").box), box("Pulled in", '"after 3 ms", button.more "lower the voltage"', "no.valid", "the model holds until then only: film taut throughout", "after 3 ms"));
 });
+
+test("the kind of motion is written so that it can be read on its colour", () => {
+  for (const [colour, ink] of [["#f6e64b", "#10151b"], ["#0b2a52", "#ffffff"]]) {
+    browser();
+    const own = new Badge(document.getElementById("badges"));
+    own.show("a", { words: { shares: [], seems: "", ended: "" }, about: { film: FILM, si: true }, lines: ["rest"], regime: 0, numbers: new Map() }, { regimes: [{ name: "rest", colour }] });
+    assert.deepEqual([own.rows.get("a").kind.style.background, own.rows.get("a").kind.style.color], [colour, ink]);
+  }
+});

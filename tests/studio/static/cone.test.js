@@ -393,3 +393,16 @@ test("what is written about a cone stands in its place, and a long name in the r
   const ground = g.calls.find((c) => c.name === "fillRect" && near(c.globalAlpha, 0.8)).args;
   assert.deepEqual(ground, [(640 - 46) / 4 - 15 - 3, disc - 8 - 14, 36, 15]);
 });
+
+test("a film that is slack around has dashes, and nothing that is drawn after it", () => {
+  const dashed = (one) => drawn(cone([one]).g).filter((line) => line.startsWith("line") && line.includes("dashed")).map((line) => line.match(/dashed (\S+)/)[1]), ground = "3,4";
+  for (const film of FILM.keys()) assert.deepEqual(dashed({ films: [film, 0] }), [ground, ...([1, 3].includes(film) ? ["10,8"] : [])], `${film}`);
+  const shape = [[8, 1], [20, 0.4], [30, 0]].map(([radius, rise]) => ({ radius, rise, stretch: 1, wrinkled: true }));
+  assert.deepEqual(dashed({ shapes: [shape, null] }), [ground, "3,5"]);
+});
+
+test("two settings of one subject have one scale, of two each its own", () => {
+  const rims = (...names) => { const { g } = cone([{ name: names[0], high: 20 }, { name: names[1], high: 90 }]); return g.calls.filter((c) => c.name === "ellipse" && c.strokeStyle === LIGHT.steel).map((c) => c.args[2]); };
+  assert.equal(new Set(rims("pump", "pump")).size, 1);
+  assert.equal(new Set(rims("pump", "cone")).size, 2);
+});

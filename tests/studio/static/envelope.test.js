@@ -165,6 +165,6 @@ test("while an envelope is computed that is said in its place, and why there is 
 test("each name in an envelope stands at its place: limits in the corner one below the other, static ones over their lines", () => {
   const own = setUp("envelope"), { p } = own, at = () => p.context.calls.filter((c) => c.name === "fillText" && /^(static|one|two|recommended)/.test(c.args[0])).map((c) => [c.args[0], c.args[1], c.args[2], c.textAlign]);
   forget(p.context);
-  own.grids.message({ ...HEAD, id: own.id(), limits: ["one", "two"], static: { low: 1000, high: 2480 } }, { frequency: Float32Array.of(5, 15), window: Float32Array.of(900, 1000), "limit one": Float32Array.of(2400, 1200), "limit two": Float32Array.of(2300, 1100) });
+  own.grids.message({ ...HEAD, id: own.id(), limits: ["one", "two", "two that is never met"], static: { low: 1000, high: 2480 } }, { frequency: Float32Array.of(5, 15), window: Float32Array.of(900, 1000), "limit one": Float32Array.of(2400, 1200), "limit two": Float32Array.of(2300, 1100), "limit two that is never met": Float32Array.of(NaN, NaN) });
   assert.deepEqual(at(), [["one", 614, 18, "right"], ["two", 614, 32, "right"], ["static low", 62, p.Y(1000) - 9, "left"], ["static high", 62, p.Y(2480) - 9, "left"], ["recommended", 64, p.bottom - 10, "left"]]);
 });

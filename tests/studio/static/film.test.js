@@ -94,3 +94,15 @@ test("a composed picture is as sharp as the screen, its pictures whole and every
   }
   globalThis.devicePixelRatio = 1;
 });
+
+test("a film has the best of the forms that the browser can record", () => {
+  const all = ["video/webm;codecs=vp9", "video/webm;codecs=vp8", "video/webm"], made = [], { setInterval: own } = globalThis;
+  globalThis.setInterval = () => 0;
+  for (const [k, best] of all.entries()) {
+    globalThis.MediaRecorder = class { static isTypeSupported(type) { return all.slice(k).includes(type); } constructor(stream, options) { made.push(options.mimeType); } start() {} };
+    filmed({ canvas: { captureStream: () => ({}) }, draw() {} }, 1, () => {});
+    assert.equal(made.at(-1), best);
+  }
+  globalThis.setInterval = own;
+  delete globalThis.MediaRecorder;
+});

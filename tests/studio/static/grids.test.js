@@ -194,9 +194,11 @@ test("each panel is of the setting that is active: of another device, side or st
       grids.controlsChanged(); // as they come with another setting
       assert.deepEqual([count(), asked.at(-1)[1].setting === setting, panel.stale], [k + 2, true, false], `${right} ${JSON.stringify(change)}`);
     }
+    for (const values of [{ film_thickness: "0.3 mm", waveform: "triangle" }, { waveform: "triangle", film_thickness: "0.3 mm" }, {}]) { setting.values = values; grids.controlsChanged(); } // in whatever order
+    assert.equal(count(), changes.length + (right === "envelope" ? 4 : 3), right);
     setting.values = { frequency: "3 Hz", voltage_amplitude: "100 V", voltage_offset: "0.125 kV" }; // along the panels
     if (right === "strip") delete setting.values.frequency;
-    if (right === "envelope") { grids.controlsChanged(); assert.equal(count(), changes.length + 1, right); }
+    if (right === "envelope") { grids.controlsChanged(); assert.equal(count(), changes.length + 4, right); }
   }
 });
 

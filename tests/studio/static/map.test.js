@@ -352,3 +352,12 @@ test("a few cells far beyond the others do not stretch the scale of a map, many 
     assert.ok(panel.names.textContent.endsWith(text), `${kind} ${count}: ${panel.names.textContent}`);
   }
 });
+
+test("the box of a drag follows the hand, also back to where it began", () => {
+  const { canvas, p } = setUp(), box = () => { const own = p.marks.get("box"); return [placed(p, "box"), parseFloat(own.style.width), parseFloat(own.style.height)]; };
+  canvas.onpointerdown(pointer(p, 200, 200));
+  for (const [x, y] of [[300, 260], [150, 120], [203, 202]]) {
+    canvas.onpointermove(pointer(p, x, y));
+    assert.deepEqual(box(), [[Math.min(x, 200), Math.min(y, 200)], Math.abs(x - 200), Math.abs(y - 200)]);
+  }
+});

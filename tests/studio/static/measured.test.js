@@ -54,6 +54,7 @@ test("strokes stand on the computed rest, a band between its ends, and nothing w
   const stroke = readMeasured("s.csv", "voltage (kV),stroke (mm),stroke low (mm),stroke high (mm)\n0,0,0,0\n0.5,1,0.5,1.5\n"), heights = readMeasured("h.csv", "time (s),height (mm)\n7,12\n7.01,13.5\n");
   const p = panel(staticsPanel, { measured: [stroke, heights] }), band = p.context.calls.filter((c) => ["moveTo", "lineTo"].includes(c.name) && c.fillStyle === LIGHT.ink && c.globalAlpha === 0.22).map((c) => c.args);
   assert.ok(band.length === 4 && near(band[1][0], p.X(500), 1e-3) && near(band[1][1], p.Y(13.5), 1e-3) && near(band[2][1], p.Y(12.5), 1e-3));
+  assert.deepEqual(p.context.calls.filter((c) => c.name === "stroke" && c.strokeStyle === LIGHT.ink).map((c) => c.dash), [[1, 2]]); // the curve within its band
   assert.ok(texts(p.context).includes("s.csv") && !texts(p.context).includes("h.csv"));
   const time = panel(timePanel, { measured: [stroke, heights] });
   const points = time.context.calls.filter((c) => c.name === "fillRect" && c.fillStyle === LIGHT.ink).map(({ args: [x, y, w] }) => [x + w / 2, y + w / 2]);

@@ -237,6 +237,7 @@ test("statics: stable and unstable equilibria, marks, the settled motion, and a 
   assert.ok(near(one.context.calls.find((c) => c.name === "fillRect" && near(c.globalAlpha, 0.12)).args[0], one.X(200)));
   const below = panel(staticsPanel, { a: look({ statics: { ...statics, swing: [-700, -200] }, extent: [1, 3] }) });
   assert.ok(near(below.context.calls.find((c) => c.name === "fillRect" && near(c.globalAlpha, 0.12)).args[0], below.X(200)));
+  assert.ok(near(below.context.calls.find((c) => c.name === "fillRect" && near(c.globalAlpha, 0.12)).args[2], below.X(700) - below.X(200)));
   assert.match(texts(panel(staticsPanel, { a: look() }).context).at(-1), /Computing the equilibria/);
 });
 

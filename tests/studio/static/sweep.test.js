@@ -146,3 +146,11 @@ test("a sweep is drawn from its ranges behind to its events in front, paler wher
   assert.equal(made(panel.names), 'ul.legend [li ["— stable orbits"], li ["┄ unstable"], li ["□ fold"], li ["◇ slip"], li [i, "periodic"], li [i, "chaotic"], li [i, "pulled in"]]');
   assert.deepEqual(panel.names.parts.slice(4).map((item) => item.parts[0].style.background), ["#0072b2", "#d55e00", "#5b5b5b"]);
 });
+
+test("a key moves a parameter that is not set from the lowest value of the sweep", () => {
+  const { canvas, gone, state, controls } = setUp("strip");
+  controls.list = controls.list.map((c) => (c.name === "voltage_amplitude" ? { ...c, value: null } : c));
+  state.over = ["voltage_amplitude", 240, 480];
+  canvas.onkeydown({ key: "ArrowRight", preventDefault() {} });
+  assert.deepEqual(gone.at(-1)[0], { voltage_amplitude: "241 V" });
+});

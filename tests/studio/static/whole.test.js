@@ -693,3 +693,33 @@ test("a page at rest draws its cone and plots anew when they are given another s
   draw();
   for (const canvas of canvases) assert.ok(texts(canvas.getContext()).length > 0, canvas.id);
 });
+
+test("what is said of a computation goes with its error", async () => {
+  const { $, answer, socket, last } = await open();
+  answer();
+  slide("frequency", 300); wait(400);
+  assert.match($("doing").textContent, /^Computing/);
+  socket.give({ kind: "error", id: last("look").id, side: "a", control: "frequency", message: "no" });
+  assert.deepEqual([$("doing").textContent, field("frequency").value], ["", "6.07 Hz"]); // what is wrong stays
+  slide("frequency", 310); answer();
+  assert.ok(!document.body.classList.contains("old"));
+});
+
+test("a device file has at most 30000 characters", async () => {
+  const { $, asked } = await open(), count = asked("look").length;
+  for (const [size, more, notices] of [[30000, 1, 0], [30001, 1, 1]]) {
+    $("file").files = [{ name: "a.toml", size, text: async () => "a" }];
+    await $("file").onchange(); await passed();
+    assert.deepEqual([asked("look").length - count, $("notices").parts.length], [more, notices]);
+  }
+});
+
+test("where the settled motion is late its button says so at once, on the side that is changed", async () => {
+  const { $, answer, socket, last } = await open(), settled = () => { const own = document.querySelector('[data-motion="settled"]'); return [own.getAttribute("aria-pressed"), Boolean(own.disabled), own.title]; };
+  answer();
+  socket.give({ kind: "late", id: last("look").id, side: "a", stage: "kind", message: "too long" });
+  assert.deepEqual(settled(), ["false", true, "too long"]);
+  socket.give({ kind: "kind", id: last("look").id, side: "a", words: KIND }, ORBIT);
+  draw();
+  assert.ok(texts($("cone").getContext()).length > 0);
+});
