@@ -333,3 +333,10 @@ test("each text over a plot stands at its place: names at the lines and curves t
   for (const [own, by, align] of [[0, 10, "left"], [4, -10, "right"]]) { const p = panel(portraitPanel, { a: look({ words: { ended: "pulled in", period: 20, shares: [] }, x: Float32Array.of(0, 2, 4, 2, own) }) }); assert.deepEqual(at(p, "pulled in"), [[p.X(own) + by, p.Y(1), align]]); }
   for (const [make, more] of [[spectrumPanel, {}], [staticsPanel, {}]]) { const p = panel(make, { a: look(more) }), said = p.context.calls.filter((c) => c.name === "fillText"); assert.ok(said.every((c) => c.args[1] === 320 && c.textAlign === "center") && near(said.reduce((sum, c) => sum + c.args[2], 0) / said.length, 240)); }
 });
+
+test("of two settings each is drawn as soon as it has what is shown, whether or not the other has", () => {
+  for (const [make, name] of [[spectrumPanel, "spectrum"], [staticsPanel, "statics"]]) for (const [one, other] of [["a", "b"], ["b", "a"]]) {
+    const p = panel(make, { [one]: look(FULL), [other]: look({ ...FULL, [name]: undefined }) });
+    assert.ok(drawn(p, LIGHT[one]).length > 0 && drawn(p, LIGHT[other]).length === 0, `${make.name} ${one}`);
+  }
+});

@@ -154,3 +154,16 @@ test("a key moves a parameter that is not set from the lowest value of the sweep
   canvas.onkeydown({ key: "ArrowRight", preventDefault() {} });
   assert.deepEqual(gone.at(-1)[0], { voltage_amplitude: "241 V" });
 });
+
+test("a sweep over another parameter or range shows nothing of the one before", () => {
+  for (const over of [["frequency", 1, 2], ["voltage_amplitude", 0, 800]]) {
+    const { grids, panel, id, state, p } = setUp("strip"), own = id();
+    grids.message({ kind: "grid", id: own, cells: [5] }, {});
+    grids.message({ kind: "cells", id: own, share: 1 }, { places: Float32Array.of(0, 4), regime: Uint8Array.of(1, 1), section: Float32Array.of(0, 4) });
+    grids.controlsChanged(); p.redraw();
+    assert.equal(panel.cells.size, 2); // the same one stays
+    state.over = over; forget(p.context);
+    grids.controlsChanged();
+    assert.deepEqual([panel.cells.size, panel.branches, texts(p.context).includes("computing …")], [0, null, true]);
+  }
+});

@@ -14,6 +14,7 @@ test("the stripes of a kind in a legend run as the lines across its cells", () =
     const ends = g.calls.filter((c) => ["moveTo", "lineTo"].includes(c.name)).map((c) => c.args);
     const lines = ends.filter((_, k) => k % 2 === 0).map(([x, y], k) => [ends[2 * k + 1][0] - x, ends[2 * k + 1][1] - y]);
     assert.equal(angles.length, lines.length);
+    assert.ok(lines.every(([dx, dy]) => Math.hypot(dx, dy) >= 1)); // across the whole cell
     for (const [dx, dy] of lines) assert.ok(angles.some((a) => Math.abs(dx * Math.sin(a) - dy * Math.cos(a)) < 1e-9), `kind ${code}`); // a stripe stands across its gradient
   }
 });
