@@ -399,6 +399,8 @@ test("a film that is slack around has dashes, and nothing that is drawn after it
   for (const film of FILM.keys()) assert.deepEqual(dashed({ films: [film, 0] }), [ground, ...([1, 3].includes(film) ? ["10,8"] : [])], `${film}`);
   const shape = [[8, 1], [20, 0.4], [30, 0]].map(([radius, rise]) => ({ radius, rise, stretch: 1, wrinkled: true }));
   assert.deepEqual(dashed({ shapes: [shape, null] }), [ground, "3,5"]);
+  assert.deepEqual([...new Set(dashed({ about: { ...ABOUT, second: 30 }, shapes: [null, shape] }))], [ground, "3,5"]);
+  assert.ok(drawn(cone([{ about: { ...ABOUT, second: 30 }, shapes: [null, shape] }]).g).includes("line edge 1.6")); // the spring behind it
 });
 
 test("two settings of one subject have one scale, of two each its own", () => {
