@@ -83,7 +83,15 @@ def test_help_gives_each_subject_its_own_text(command_line):
 
 
 @pytest.mark.parametrize(
-    "near", [("devize", "device"), ("sprng_rat", "spring_rate"), ("simulat", "simulate"), ("amplitute", "amplitude")]
+    "near",
+    [
+        ("devize", "device"),
+        ("unitz", "units"),
+        ("glosary", "glossary"),
+        ("sprng_rat", "spring_rate"),
+        ("simulat", "simulate"),
+        ("amplitute", "amplitude"),
+    ],
 )
 def test_help_suggests_what_there_is(near, command_line):
     code, _, err = command_line("help", near[0])

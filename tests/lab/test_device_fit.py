@@ -360,10 +360,18 @@ def test_what_is_set_and_read_and_its_noise_are_in_units_of_their_own(kind, tmp_
     assert {name: values.tolist() for name, values in found.noise.items()} == deviations
 
 
+def test_fields_that_change_the_form_of_a_membrane_are_not_free():
+    pump = gelcone.find_device("biased-pump").replace(film="membrane")
+    for name in ("disc_radius", "hoop_prestretch", "material.stretch_limit"):
+        with pytest.raises(InputError, match=f"free {name}: the film 'membrane' is computed anew for each value"):
+            Problem(pump, {"spring_rate": 0.03, name: 0.03}, (), {})
+
+
 def test_readings_are_drawn_over_what_was_set_in_si():
     """The first of what varies: heights in metres, volts, hertz; else the numbers of the rows."""
     whole = problem(TAUT, "taut")
     found = _readings(SimpleNamespace(problem=whole, predicted=whole.values))
+    assert {own.attrs["quantity"] for own in found.data_vars.values()} == {"code", "count", "share"}
     for k, test in enumerate(whole.tests):
         own = found.isel(reading=np.flatnonzero(found["reading_test"].values == k))
         (words,) = set(own["reading_axis"].values)

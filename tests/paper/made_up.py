@@ -60,7 +60,16 @@ def triple(parameter, values=(1.0, 2.0, 3.0), slack=(0.9, 0.8, 0.7), kinds=(0, 3
 def found(name, **studies):
     """What the check of a claim finds on studies, their names with underscores for dashes."""
     named = {study.replace("_", "-"): data for study, data in studies.items()}
-    return CLAIMS[name].check({study: named[study] for study in CLAIMS[name].studies})
+    return checked(name, {study: named[study] for study in CLAIMS[name].studies})
+
+
+def checked(name, studies):
+    """What the check of a claim finds, with all that the report says of every claim."""
+    finding = CLAIMS[name].check(studies)
+    assert finding.unseen
+    assert isinstance(finding.numbers, tuple)
+    assert bool(finding.neighbourhood) == (finding.share is not None)  # a share says of which parameters it is
+    return finding
 
 
 def verdict(name, **studies):

@@ -10,7 +10,7 @@ import xarray as xr
 from gelcone.continuum.path import Ending
 from gelcone.errors import MissingDependency
 from gelcone.paper.claims import CLAIMS
-from gelcone.paper.claims.agreement import agreement, shares_in_tension, survives, threshold_table
+from gelcone.paper.claims.agreement import _why, agreement, shares_in_tension, survives, threshold_table
 from gelcone.paper.effort import QUICK
 from gelcone.paper.studies import STUDIES, continuum
 from gelcone.paper.studies.continuum import MISSING
@@ -75,6 +75,11 @@ def test_the_verdict_follows_from_the_forces(verdict, forces):
     found = agreement({"continuum": made_up(**forces), "corrected": thresholds()})
     assert judge(found) is verdict
     assert ("do not agree" in found.why) == (not found.holds)
+
+
+def test_where_the_forces_do_not_agree_the_voltages_are_named():
+    said = _why(np.array([True, False, False]), np.array([0.0, 0.5, 1.2]), 0.07, 0.2)
+    assert said.startswith("They do not agree within 5% at v = 0.5, 1.2. Without voltage the two differ by up to 7% ")
 
 
 @pytest.mark.parametrize(

@@ -3,30 +3,29 @@
 import numpy as np
 import pytest
 
-from gelcone.paper.claims import CLAIMS
 from gelcone.paper.effort import FULL, QUICK
 from gelcone.paper.verdicts import Verdict
-from tests.paper.made_up import diagram, found, number, verdict
+from tests.paper.made_up import checked, diagram, found, number, verdict
 from tests.paper.worlds import World, studies_in
 
 
 @pytest.mark.parametrize("effort", [QUICK, FULL], ids=["quick", "full"])
 def test_the_numbers_behind_damping_without_chaos(effort):
     studies = studies_in(World(lambda n: (n["voltage"] > 1.0) & (n["damping_ratio"] < 0.5)), NAME, effort)
-    finding = CLAIMS[NAME].check(studies)
+    finding = checked(NAME, studies)
     assert finding.holds is True
     assert finding.share.interval[1] < 0.5 <= finding.share.holding / 10.0  # a third of 0.5 to 2, of 16 or more
     assert finding.numbers[0].value == 1.0
     largest = number(finding, "largest drive voltage")
     assert largest.low <= 1.0 < largest.high < 1.1
     assert largest.value == largest.low
-    none = CLAIMS[NAME].check(studies_in(World(lambda n: n["voltage"] > 0.0), NAME, effort))
+    none = checked(NAME, studies_in(World(lambda n: n["voltage"] > 0.0), NAME, effort))
     assert np.isnan(number(none, "largest drive voltage").value)
 
 
 def test_chaos_without_damping_does_not_speak_against_it():
     studies = studies_in(World(lambda n: n["damping_ratio"] == 0.0), NAME, QUICK)
-    finding = CLAIMS[NAME].check(studies)
+    finding = checked(NAME, studies)
     assert finding.holds is True
     undamped = number(finding, "without damping")
     assert (undamped.value, undamped.error) == (0.1, 0.01)
@@ -83,5 +82,5 @@ def test_where_overdamping_begins():
 def test_no_voltage_above_one_with_chaos_is_without_chaos():
     """Of chaos between 0.8 and 1.2 alone the largest voltage without it lies below."""
     studies = studies_in(World(lambda n: np.abs(n["voltage"] - 1.0) < 0.2), NAME, QUICK)
-    largest = number(CLAIMS[NAME].check(studies), "largest drive voltage")
+    largest = number(checked(NAME, studies), "largest drive voltage")
     assert 0.5 < largest.value <= 0.8 <= largest.high < 1.0

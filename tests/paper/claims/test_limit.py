@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from gelcone.paper.claims import CLAIMS
 from gelcone.paper.effort import FULL, QUICK
 from gelcone.paper.reading import parted, same_extents
 from gelcone.paper.truths import Share
 from gelcone.paper.verdicts import Verdict
-from tests.paper.made_up import both_exponents, cells, found, number, verdict
+from tests.paper.made_up import both_exponents, cells, checked, found, number, verdict
 from tests.paper.worlds import World, studies_in
 
 
@@ -19,7 +18,7 @@ def test_shares_of_chaos_on_both_sides_and_the_largest_limit_over_the_voltage(ef
         low = np.where(n["voltage"] > 1.2, n["stretch_limit"] < 5.0, n["stretch_limit"] < 0.8)
         return low & (n["voltage"] > 0.8)
 
-    finding = CLAIMS["limit-threshold"].check(studies_in(World(chaos), "limit-threshold", effort))
+    finding = checked("limit-threshold", studies_in(World(chaos), "limit-threshold", effort))
     assert finding.holds is False
     below, above = number(finding, "below 1.25 with"), number(finding, "above 1.8 with")
     assert below.low <= np.log(0.8 / 0.52) / np.log(1.25 / 0.52) <= below.high
@@ -35,7 +34,7 @@ def test_shares_of_chaos_on_both_sides_and_the_largest_limit_over_the_voltage(ef
 
 def test_without_chaos_there_is_no_threshold_to_print():
     never = World(lambda n: n["voltage"] < 0.0)
-    assert len(CLAIMS["limit-threshold"].check(studies_in(never, "limit-threshold", QUICK)).numbers) == 2
+    assert len(checked("limit-threshold", studies_in(never, "limit-threshold", QUICK)).numbers) == 2
 
 
 @pytest.mark.parametrize(
@@ -92,7 +91,7 @@ def test_numbers_of_the_largest_limits():
     own = study["own_extent"].values.copy()
     own[0, 0] = 1.2 * own[2, 0]
     study = study.assign(displacement=(("limit", "time"), waves), own_extent=(study["own_extent"].dims, own))
-    finding = CLAIMS["limit-large-same"].check({"large-limits": study})
+    finding = checked("limit-large-same", {"large-limits": study})
     key = finding.numbers[0]
     assert (key.value, key.low, key.high) == pytest.approx((0.2, 0.0, 0.2))
     assert finding.share.value == pytest.approx(0.5, abs=0.04)
