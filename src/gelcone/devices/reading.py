@@ -337,7 +337,7 @@ def _even(file: str, lines: list[int], rows: list[list[str]], count: int, notes:
         if len(row) > count:
             raise InputError(
                 f"{file}, line {line}: has {len(row)} cells for {count} columns; decimal commas need semicolons "
-                "between cells, and words that hold a separator need quotes"
+                "between cells, words that hold a separator quotes, and lines above the header a # before them"
             )
         if len(row) < count:
             if line != lines[-1]:
