@@ -360,7 +360,7 @@ def test_what_is_no_path_is_refused_in_the_name_of_the_function(read):
 
 def test_lines_above_the_header_of_a_machines_export_are_named_and_left_out_once_marked(tmp_path):
     above = ["Pruefmaschine Z005;;", "Probe;Gel 3;", "Zeit;Kraft", "s;mN", "0;0,5", "1;1,5"]
-    with pytest.raises(InputError, match="line 2: has 2 cells for 1 columns; .* lines above the header a # before"):
+    with pytest.raises(InputError, match=r"line 3: has 2 cells for 1 columns; .* lines above the header a # before"):
         read_table(written(tmp_path, "\n".join(above)))
     found = read_table(written(tmp_path, "\n".join(["# " + line for line in above[:2]] + above[2:])))
     assert found.columns["Kraft"].unit == "mN"
