@@ -71,6 +71,17 @@ def test_a_library_is_compiled_without_contraction(command, position, monkeypatc
 
 
 @pytest.mark.parametrize(
+    ("command", "length", "level"),
+    [(["cc"], 0, "-O1"), (["cc"], 1, "-O0"), (["cc", "-O2"], 0, "-O2"), (["cc", "-O2"], 1, "-O2")],
+)
+def test_long_sources_are_not_optimised_unless_the_command_says_so(command, length, level, monkeypatch):
+    asked = []
+    monkeypatch.setattr(compiler, "compiled", lambda given, *_: asked.append(given) or b"")
+    compiler.compile_library(command, {"a.c": "a" * (compiler.LONG - 2), "a.h": "b" * (2 + length)}, "a.c")
+    assert [word for word in asked[0] if word.startswith("-O")] == [level]
+
+
+@pytest.mark.parametrize(
     ("said", "first"), [("a.c:1: lost\nmore", "a.c:1: lost"), ("\n  \n", "no message"), ("", "no message")]
 )
 def test_a_compiler_that_fails_is_named_with_its_first_line(said, first, monkeypatch):

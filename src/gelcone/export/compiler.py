@@ -15,7 +15,10 @@ from pathlib import Path
 from gelcone import disk_cache
 from gelcone.errors import InputError, MissingDependency
 
-FLAGS = ("-std=c99", "-O1", "-ffp-contract=off", "-fPIC", "-fvisibility=hidden", "-shared")
+FLAGS = ("-std=c99", "-ffp-contract=off", "-fPIC", "-fvisibility=hidden", "-shared")
+LONG = 4_000_000
+"""Characters of the sources above which a library is not optimised. Compilers allocate registers in a time that grows
+faster than the length of a function."""
 
 
 def find_compiler() -> list[str] | None:
@@ -35,8 +38,14 @@ def cross_compiler(target: str) -> list[str]:
 
 
 def compile_library(compiler: list[str], texts: Mapping[str, str], source: str) -> bytes:
-    """Compile one of some sources, name -> text, to a shared library; `InputError` as `compiled`."""
+    """Compile one of some sources, name -> text, to a shared library; `InputError` as `compiled`.
+
+    The level of optimisation is that of the command, such as ``gcc -O1``, else it follows from the length of the
+    sources. It does not change a bit of the results.
+    """
     flags = [flag for flag in FLAGS if not (flag == "-fPIC" and any("windows" in word for word in compiler))]
+    if not any(word.startswith("-O") for word in compiler):
+        flags.insert(1, "-O1" if sum(map(len, texts.values())) <= LONG else "-O0")
     command = [*compiler, *flags, "-o", "library", source, "-lm"]
     return compiled(
         command, texts, "library", "does not compile the source ({}); give another one by CC, or CC= for none"
