@@ -22,6 +22,7 @@ FIELDS = {
     "film_thickness": LENGTH,
     "disc_radius": Field("radius", "m", near=("radius",)),
     "name": Field("name", default="x"),
+    "waveform.radius_share": Field("share", "1"),
 }
 
 
@@ -68,12 +69,15 @@ def test_values_are_read_within_their_bounds():
     [
         ("Film-Thickness", ["film_thickness"]), ("depth", ["film_thickness"]), ("radius", ["disc_radius"]),
         ("film thicknes", ["film_thickness"]), ("heigth", ["film_thickness"]), ("qqq", []),
+        ("radius_share", ["waveform.radius_share"]),
     ],
 )  # fmt: skip
 def test_names_that_people_use_mean_the_field_that_lists_them_or_the_nearest(name, meant):
     assert meant_fields(name, FIELDS) == meant
     error = unknown_field("device", name, FIELDS)
-    expected = f"did you mean {meant[0]!r}?" if meant else "known: film_thickness, disc_radius, name"
+    expected = (
+        f"did you mean {meant[0]!r}?" if meant else "known: film_thickness, disc_radius, name, waveform.radius_share"
+    )
     assert str(error) == f"{name!r} is not a device field; {expected}"
 
 

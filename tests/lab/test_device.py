@@ -22,6 +22,19 @@ def test_priors_are_shares_of_the_value_and_wide_where_none_is_given():
         assert read_free(["spring_rate"], PUMP) == {"spring_rate": WIDE}
 
 
+def test_priors_in_python_are_numbers_or_texts(monkeypatch):
+    own = DeviceTests((), {})
+    problem = module._problem(PUMP, own, {"spring_rate": "3%", "film_thickness": "5 um", "moving_mass": 0.1}, None)
+    assert problem.free == {
+        "spring_rate": pytest.approx(0.03),
+        "film_thickness": pytest.approx(0.025),
+        "moving_mass": 0.1,
+    }
+    for given in ("0%", "3 V", -0.1, 0.0, float("nan"), "much", None):
+        with pytest.raises(InputError, match="free spring_rate"):
+            module._problem(PUMP, own, {"spring_rate": given}, None)
+
+
 @pytest.mark.parametrize(
     ("texts", "message"),
     [

@@ -47,8 +47,12 @@ def test_an_error_is_said_in_words_and_a_fault_to_the_terminal_alone(caplog):
 @pytest.mark.parametrize(
     ("error", "control"),
     [
-        (FieldError("film_radius", "is too small"), "film_radius"), (InputError("there is none"), "there"),
+        (FieldError("film_radius", "is too small"), "film_radius"), (InputError("there is none"), None),
         (InputError("periods: must be a number"), "periods"), (InputError("--set voltage: is too large"), "voltage"),
+        (InputError("waveform.duty: is too large"), "waveform.duty"), (InputError("'../../etc/passwd' is none"), None),
+        (InputError("the device is lost"), None), (InputError("prestretch_mode: is none"), "prestretch_mode"),
+        (InputError("displacement: is too large"), "displacement"), (InputError("waveform: is none"), "waveform"),
+        (InputError("material.law: is none"), "material.law"), (InputError("a.b: is none"), None),
     ],
 )  # fmt: skip
 def test_an_error_names_the_control_that_it_is_of(error, control, page, monkeypatch):

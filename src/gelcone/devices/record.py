@@ -222,9 +222,10 @@ def unknown_field(kind: str, name: str, fields: Mapping[str, Field]) -> FieldErr
 
 
 def meant_fields(name: str, fields: Mapping[str, Field]) -> list[str]:
-    """The fields that an unknown name probably means: those that list it, else the one with the most similar name."""
+    """The fields that an unknown name probably means: those that list it or whose dotted name ends in it, else the one
+    with the most similar name."""
     typed = plain_name(name)
-    listed = [own for own, field in fields.items() if typed == own or typed in field.near]
+    listed = [own for own, field in fields.items() if typed in (own, own.rpartition(".")[2]) or typed in field.near]
     if listed:
         return listed
     spelt = {own: own for own in fields} | {other: own for own, field in fields.items() for other in field.near}

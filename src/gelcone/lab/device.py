@@ -13,7 +13,7 @@ import numpy as np
 from gelcone import dataset
 from gelcone._version import __version__
 from gelcone.devices.device import Device
-from gelcone.devices.units import parse_deviation
+from gelcone.devices.units import parse, parse_deviation
 from gelcone.errors import DoubtfulInput, InputError, check_kind, check_name, check_names, unknown_name
 from gelcone.lab.bench import KINDS, DeviceTest, field_value, rows_read
 from gelcone.lab.device_fit import (
@@ -65,14 +65,22 @@ def read_free(texts: Sequence[str], device: Device) -> dict[str, float]:
             warnings.warn(f"free {name}: has no prior; give one where it was measured, {name}~3%", DoubtfulInput, 2)
             found[name] = WIDE
         else:
-            found[name] = parse_deviation(f"free {name}", spread, device.swept_fields()[name].unit, value) / value
+            found[name] = _read_prior(name, spread, device, value)
     return found
+
+
+def _read_prior(name: str, given: Any, device: Device, value: float) -> float:
+    """Read the relative standard deviation of the prior of a field with a ``value``: a number, or a text such as 3% or
+    5 um."""
+    if isinstance(given, str):
+        return parse_deviation(f"free {name}", given, device.swept_fields()[name].unit, value) / value
+    return parse(f"deviation of free {name}", given, "1", above=0.0)
 
 
 def plan_device(
     device: Device,
     tests: DeviceTests,
-    free: Mapping[str, float],
+    free: Mapping[str, float | str],
     *,
     predict: Sequence[str] = (),
     film: str | None = None,
@@ -84,7 +92,8 @@ def plan_device(
     ----------
     device : with the nominal values of its fields.
     tests : result of `gelcone.read_device_tests`; readings are not used and may be missing.
-    free : field, also a dotted one -> relative standard deviation of its prior.
+    free : field, also a dotted one -> standard deviation of its prior, relative, such as 0.03 or ``"3%"``, or in a unit
+        of the field, such as ``"5 um"``.
     predict : predictions such as ``"stroke@1.5 kV"``, ``"natural frequency@1 kV"`` and ``"pull-in"``.
     film : ``"taut"``, ``"wrinkling"`` or ``"membrane"``. Default the device's.
     loss : ``"damper"``, ``"branch"`` or ``"both"``, as in `fit_device`. Default the device's.
@@ -128,7 +137,7 @@ def plan_device(
 def fit_device(
     device: Device,
     tests: DeviceTests,
-    free: Mapping[str, float],
+    free: Mapping[str, float | str],
     *,
     predict: Sequence[str] = (),
     films: Sequence[str] | None = None,
@@ -268,13 +277,14 @@ def _structure(device: Device, film: str | None, loss: str | None) -> str:
 
 
 def _problem(
-    device: Device, tests: DeviceTests, free: Mapping[str, float], film: str | None, loss: str | None = None
+    device: Device, tests: DeviceTests, free: Mapping[str, float | str], film: str | None, loss: str | None = None
 ) -> Problem:
+    priors = {name: _read_prior(name, given, device, field_value(device, name)) for name, given in free.items()}
     if film is not None and film not in FILMS:
         raise unknown_name("film that can be fitted", str(film), FILMS)
     own = device if film is None or film == device.film else device.replace_quietly(film=film)
-    own, free = (own, dict(free)) if loss is None else _with_loss(own, free, loss)
-    return Problem(own, dict(free), tests.tests, dict(tests.gains))
+    own, priors = (own, priors) if loss is None else _with_loss(own, priors, loss)
+    return Problem(own, priors, tests.tests, dict(tests.gains))
 
 
 def _with_loss(device: Device, free: Mapping[str, float], loss: str) -> tuple[Device, dict[str, float]]:

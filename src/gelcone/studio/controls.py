@@ -17,6 +17,7 @@ from gelcone.devices.units import DIMENSIONS, format_si
 from gelcone.physics.bias import BIASES
 from gelcone.physics.film.gel import PRESTRETCH_MODES, BranchedFilm
 from gelcone.physics.laws import LAWS
+from gelcone.physics.model import PARAMETERS
 from gelcone.physics.placed import DRIVES
 from gelcone.physics.records import CIRCUITS, FILMS, bias_record
 from gelcone.physics.waveforms import WAVEFORMS
@@ -38,6 +39,10 @@ NOT_SHOWN = ("name", "sources", "relative_permittivity_range", "shear_modulus_ra
 WIDER: Mapping[str, float] = {"voltage": 2.0}
 """Factor on the slider's usual upper end (twice the default) for parameters that are interesting beyond it."""
 DRIVE, BODY, GEL, START = "Drive", "Body", "Gel", "Start"
+STARTS = ("displacement", "velocity")
+"""Controls of the start of a model."""
+ADDED = ("periods",)
+"""Controls that a page adds to those of a subject."""
 NONE = "none"
 """Choice for a part that the device does not have; choosing it again removes the part."""
 
@@ -74,6 +79,15 @@ def leaf(name: str) -> str:
     return name.rpartition(".")[2]
 
 
+def is_name(name: str) -> bool:
+    """Whether a name is that of a control of a page: a field of devices or of their parts, a parameter of models, or
+    one that a page adds."""
+    whole, _, part = name.partition(".")
+    if part.isidentifier():
+        return whole in (*PARTS, "material")
+    return name in {*Device.fields, *CHOICES, *PARAMETERS, *STARTS, *ADDED}
+
+
 def as_json(controls: Iterable[Control]) -> list[dict[str, Any]]:
     """The controls as plain data."""
     return [asdict(control) for control in controls]
@@ -101,7 +115,7 @@ def _of_model(subject: Subject) -> list[Control]:
         "prestretch_mode": (model.prestretch_mode, GEL),
     }
     found += [_choice(name, value, group, CHOICES[name]) for name, (value, group) in kinds.items() if value is not None]
-    start = zip(("displacement", "velocity"), subject.initial, strict=False)
+    start = zip(STARTS, subject.initial, strict=False)
     found += [Control(name, _label(name), START, "number", value, "at time 0", "", -2.0, 2.0) for name, value in start]
     return _in_groups(found)
 

@@ -25,7 +25,7 @@ from gelcone.physics.model import ConeModel
 from gelcone.presets import load_presets
 from gelcone.progress import Stopped, Watch, watching
 from gelcone.studio import asked, equilibria, look, profiles, settled
-from gelcone.studio.controls import as_json
+from gelcone.studio.controls import as_json, is_name
 from gelcone.studio.envelope import draw_envelope
 from gelcone.studio.frames import pack
 from gelcone.studio.grids import (
@@ -407,9 +407,10 @@ class Page:
         await self.send(head, parts.arrays)
 
     async def fail(self, number: Any, error: Exception, side: str | None = None) -> None:
-        """Sends an error, with the control that it concerns."""
+        """Sends an error, with the control that it concerns, None if it names no control at its beginning."""
         message = _in_words(error)
-        control = getattr(error, "field", None) or message.removeprefix("--set ").partition(" ")[0].rstrip(":")
+        first = message.removeprefix("--set ").partition(" ")[0].rstrip(":")
+        control = getattr(error, "field", None) or (first if is_name(first) else None)
         await self.send({"kind": "error", "id": number, "side": side, "control": control, "message": message})
 
     async def send(self, head: Mapping[str, Any], arrays: Mapping[str, Any] | None = None) -> None:
