@@ -94,13 +94,14 @@ def test_creep_names_both_thresholds_and_what_becomes_of_each_voltage():
             "heating": "K/s",
         },
     )
-    assert own_lines(runs.creep_words(creep, SUBJECT), 6) == [
-        "pull-in of the cone itself at once 900 V, in the long run 600 V; up to 650 V is held for 20 s",
-        "  300 V: creeps from 1 mm to 1.2 mm in 20 s, in the long run 1.3 mm; warms by 3 K/s; margin to pull-in of "
+    assert own_lines(runs.creep_words(creep, SUBJECT), 7) == [
+        "pull-in voltage of the cone itself: 900 V at once, 600 V in the long run",
+        "highest voltage without pull-in for 20 s: 650 V",
+        "  300 V: creeps from 1 mm to 1.2 mm in 20 s, to 1.3 mm in the long run; warms by 3 K/s; margin to pull-in of "
         "the cone itself at the end: 35.0%",
         "  700 V: from 1.5 mm, pulls in after 5 s",
         "  1000 V: pulls in at once",
-        "time to pull-in:",
+        "time to pull-in at other voltages:",
         "  800 V: 8 s",
     ]
 
@@ -110,12 +111,12 @@ def test_creep_names_both_thresholds_and_what_becomes_of_each_voltage():
     ]
     localises = creep.assign(long_term_pull_in_kind=((), PullIn.FILM))
     assert own_lines(runs.creep_words(localises, SUBJECT), 7)[1] == (
-        "above 600 V one ring of the film lengthens slowly, which a run of the cone does not show: times to pull-in "
-        "and the voltage that is held are upper bounds"
+        "above 600 V one ring of the film slowly lengthens. The uniform cone does not show that: the film may pull in "
+        "earlier and at lower voltages than printed"
     )
     close = creep.assign(holding_voltage=creep["holding_voltage"].copy(data=800.0004))
     first, *_, last = own_lines(runs.creep_words(close, SUBJECT), 6)
-    assert first.endswith("up to 800.0004 V is held for 20 s")
+    assert first == "highest voltage without pull-in for 20 s: 800.0004 V"
     assert last == "  800 V: 8 s"
 
 
@@ -167,7 +168,7 @@ def response(**more):
     shares = dict(zip(names, (0.125, 0.0, NAN, 0.25, 0.5, 0.0), strict=True))
     return made(
         {
-            "displacement": ("time", [-4.0, 3.0, 1.0, 2.0], "mm"), "outcome": 0,
+            "displacement": ("time", [-4.0, 3.0, 1.0, 2.0], "mm"), "velocity": ("time", [0.0] * 4, "m/s"), "outcome": 0,
             **{f"validity_{n}": v for n, v in shares.items()}, "validity_error": 1e-9,
             "peak_current": (None, 1.5, "mA"), **more,
         },
@@ -205,12 +206,23 @@ def test_a_time_response():
     assert said(trajectories.simulate_words, failed) == [RUN[0], f"failed: {Outcome.STRETCH_LIMIT.meaning}"]
 
 
+def test_the_range_of_a_run_has_its_turning_points_between_samples():
+    """Those of a cubic are exact."""
+    time = np.array([0.0, 20.0, 30.0])
+    place, speed = time * (time - 15.0) * (time - 30.0) / 100.0, (3.0 * time**2 - 90.0 * time + 450.0) / 100.0
+    found = made(
+        {"displacement": ("time", place, "mm"), "velocity": ("time", speed, "m/s")}, {"time": ("time", time, "ms")}
+    )
+    assert trajectories._reach(found) == ["-12.99 to 12.99 mm", "-12.99 to 0 mm"]
+
+
 def test_members_of_a_time_response_stand_side_by_side():
     """Each with its own range, or how it ended; only the first of many, and without a field that varies by number."""
     runs = np.array([[-4.0, 3.0, 1.0, 2.0], [NAN] * 4, [0.0, 5.0, 5.0, 6.0]])
     found = made(
         {
-            "displacement": (("member", "time"), runs, "mm"), "outcome": ("member", [0, int(Outcome.PULLED_IN), 0]),
+            "displacement": (("member", "time"), runs, "mm"), "velocity": (("member", "time"), 0.0 * runs, "m/s"),
+            "outcome": ("member", [0, int(Outcome.PULLED_IN), 0]),
             "validity_near_limit": ("member", [0.0, NAN, 0.5]), "validity_breakdown": ("member", [0.0, NAN, 0.0]),
         },
         {"time": ("time", [0.0, 10.0, 20.0, 30.0], "ms"), "frequency": ("member", [7.0, 8.0, 9.0], "Hz")},
@@ -435,13 +447,13 @@ def test_a_creeping_film_that_never_pulls_in_or_could_not_be_followed():
     )  # fmt: skip
     assert said(trajectories.creep_words, found) == [
         "no constant voltage pulls the cone itself in, at once or in the long run",
-        "  300 V: creeps from 1 mm to 1.25 mm in 60 s, in the long run 1.5 mm; warms by 2 K/s; margin to pull-in of "
+        "  300 V: creeps from 1 mm to 1.25 mm in 60 s, to 1.5 mm in the long run; warms by 2 K/s; margin to pull-in of "
         "the cone itself at the end: 100.0%",
         f"  700 V: {Outcome.STEP_LIMIT.meaning}",
     ]
     cold = found["heating"].copy(data=[[2.0, 1e-7]] * 2)
     assert (
-        "in the long run 1.5 mm; no longer warms; margin"
+        "to 1.5 mm in the long run; no longer warms; margin"
         in said(trajectories.creep_words, found.assign(heating=cold))[1]
     )
 
@@ -460,7 +472,7 @@ def test_voltages_that_pull_in_at_once_share_a_line():
          "held_voltage": ("held_voltage", [640.0, 800.0, 910.0, 920.0], "V")},
     )  # fmt: skip
     assert said(trajectories.creep_words, found)[-3:] == [
-        "time to pull-in:",
+        "time to pull-in at other voltages:",
         "  800 V: 8 s",
         "  from 910 V on: at once",
     ]

@@ -53,20 +53,21 @@ def test_a_cone_against_a_continuum():
 
     taut = validation._voltage_lines(validated())
     assert taut == [
-        "disc over film a/b 0.25; cone force over that of the taut continuum, less 1:",
+        "radius of the disc over that of the film, a/b: 0.25",
+        "relative difference of the cone's force from finite elements where these are taut:",
         "  700 V: +6.2% at 8 mm to +12.5% at 4 mm",
         f"    1 of 3: {validation.HOOP_SLACK}",
         f"    1 of 3: {Ending.PULLED_IN.meaning}",
     ]
     lost = edited(validated(), hoop_slack=[[False, True, True]])  # what was not found is not wrinkled, too
-    assert validation._voltage_lines(lost)[2] == taut[2]
+    assert validation._voltage_lines(lost)[3] == taut[3]
     wrinkles = validated().assign(pull_in_film_voltage=1.0)
-    assert validation._voltage_lines(wrinkles)[:2] == [
-        "disc over film a/b 0.25; cone force over that of the continuum, both wrinkling, less 1:",
+    assert validation._voltage_lines(wrinkles)[1:3] == [
+        "relative difference of the cone's force from finite elements, both wrinkling:",
         "  700 V: -25.0% at 6 mm to +12.5% at 4 mm; the membrane -2.50% at 8 mm to +1.25% at 6 mm",
     ]
-    assert validation._voltage_lines(edited(validated(), deviation=NAN))[1] == "  700 V: the film is taut nowhere"
-    assert validation._voltage_lines(edited(wrinkles, deviation=NAN))[1] == "  700 V: no film in tension"
+    assert validation._voltage_lines(edited(validated(), deviation=NAN))[2] == "  700 V: the film is taut nowhere"
+    assert validation._voltage_lines(edited(wrinkles, deviation=NAN))[2] == "  700 V: no film in tension"
     assert validation._mesh_lines(validated()) == [
         "mesh at 6 mm: elements, error of the force (order), of the shape (order)", "    10  1.00e-03  3.00e-03",
         "    20  2.50e-04 (2.00)  1.50e-03 (1.00)",

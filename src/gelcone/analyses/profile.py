@@ -94,8 +94,9 @@ def _state_lines(cell: xr.Dataset) -> list[str]:
     lines = [f"{_place(cell)}: {_state(cell)}"]
     if np.isfinite(float(cell["force"])):
         lines.append(
-            f"  force {measured(cell['force'])} (in runs within {float(cell['film_error']):.1%}), charge "
-            f"{measured(cell['charge'])}, capacitance {measured(cell['capacitance'])}"
+            f"  force {measured(cell['force'])}, charge {measured(cell['charge'])}, capacitance "
+            f"{measured(cell['capacitance'])} (exact; other commands use fits: force within "
+            f"{float(cell['film_error']):.1%})"
         )
     if int(cell["held"]) != Held.HELD:
         return lines

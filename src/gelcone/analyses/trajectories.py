@@ -70,8 +70,24 @@ def _lengths(time: xr.DataArray) -> str:
 
 def _reach(member: xr.Dataset) -> list[str]:
     """The range of the displacement of one run, of all of it and of its second half."""
+    half = member["displacement"].size // 2
+    return [_span(_with_turns(part), 4) for part in (member, member.isel({member["time"].dims[-1]: slice(half, None)}))]
+
+
+def _with_turns(member: xr.Dataset) -> xr.DataArray:
+    """The displacements of a run at its samples, and where it turns between two: on the cubic through displacement and
+    velocity at both."""
     x = member["displacement"]
-    return [_span(x, 4), _span(x[x.size // 2 :], 4)]
+    place, time, speed = (member[name].values for name in ("displacement", "time", "velocity"))
+    (first,) = np.nonzero(speed[:-1] * speed[1:] < 0.0)
+    gap = np.diff(time)[first]  # a velocity times a time is a length in the units of results
+    start, end = gap * speed[first], gap * speed[first + 1]
+    rise = place[first + 1] - place[first]
+    third, second = start + end - 2.0 * rise, 3.0 * rise - 2.0 * start - end
+    # of the two roots of the slope the one between the samples, without cancellation
+    share = start / (-second + np.sign(start) * np.sqrt(second**2 - 3.0 * third * start))
+    turns = place[first] + share * (start + share * (second + share * third))
+    return x.__class__(np.append(place, turns), attrs=x.attrs)
 
 
 def _member_lines(shown: xr.Dataset) -> list[str]:
@@ -181,15 +197,20 @@ def creep_words(shown: xr.Dataset, subject: Subject) -> str:
     thresholds = {name: sized(voltage, digits) for name, voltage in ends.items()}
     lines = [
         *heading(subject),
-        f"no constant voltage pulls {whose} in, at once or in the long run"
-        if not np.isfinite(ends["long_term_pull_in"])
-        else f"pull-in of {whose} at once {thresholds['instantaneous_pull_in']}, in the long run "
-        f"{thresholds['long_term_pull_in']}; up to {thresholds['holding']} is held for {longest}",
+        *(
+            [f"no constant voltage pulls {whose} in, at once or in the long run"]
+            if not np.isfinite(ends["long_term_pull_in"])
+            else [
+                f"pull-in voltage of {whose}: {thresholds['instantaneous_pull_in']} at once, "
+                f"{thresholds['long_term_pull_in']} in the long run",
+                f"highest voltage without pull-in for {longest}: {thresholds['holding']}",
+            ]
+        ),
     ]
     if int(shown["long_term_pull_in_kind"]) == PullIn.FILM and any(map(is_cone, subject.model.system.films)):
         lines.append(
-            f"above {thresholds['long_term_pull_in']} one ring of the film lengthens slowly, which a run of the cone "
-            "does not show: times to pull-in and the voltage that is held are upper bounds"
+            f"above {thresholds['long_term_pull_in']} one ring of the film slowly lengthens. The uniform cone does not "
+            "show that: the film may pull in earlier and at lower voltages than printed"
         )
     for k in range(shown.sizes["constant_voltage"]):
         one = shown.isel(constant_voltage=k)
@@ -210,11 +231,11 @@ def creep_words(shown: xr.Dataset, subject: Subject) -> str:
                 warm = f"warms by {sized(one['heating'].isel(time=-1), 3)}"
             lines.append(
                 f"{name} creeps from {sized(one['initial_displacement'])} to {sized(one['final_displacement'])} in "
-                f"{longest}, in the long run {sized(one['equilibrium_displacement'])}; {warm}; "
+                f"{longest}, to {sized(one['equilibrium_displacement'])} in the long run; {warm}; "
                 f"margin to pull-in of {whose} at the end: {margin:.1%}"
             )
     if late.sizes["held_voltage"]:
-        lines.append("time to pull-in:")
+        lines.append("time to pull-in at other voltages:")
         later = late.isel(held_voltage=late["time_to_pull_in"].values > 0.0)
         for k in evenly(later.sizes["held_voltage"], PRINTED_LINES):
             one = later.isel(held_voltage=int(k))

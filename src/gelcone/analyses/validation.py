@@ -34,8 +34,9 @@ def _voltage_lines(member: xr.Dataset) -> list[str]:
     from gelcone.continuum.path import Ending
 
     wrinkles = "pull_in_film_voltage" in member
-    which = "that of the continuum, both wrinkling," if wrinkles else "that of the taut continuum,"
-    lines = [f"disc over film a/b {float(member['radius_ratio']):.4g}; cone force over {which} less 1:"]
+    which = "finite elements, both wrinkling" if wrinkles else "finite elements where these are taut"
+    ratio = f"radius of the disc over that of the film, a/b: {float(member['radius_ratio']):.4g}"
+    lines = [ratio, f"relative difference of the cone's force from {which}:"]
     for i in range(member.sizes["constant_voltage"]):
         one = member.isel(constant_voltage=i)
         taut = (one["deviation"] if wrinkles else one["deviation"].where(~one["hoop_slack"])).values

@@ -58,9 +58,10 @@ def subject_parameters(*, starts: bool = True) -> list[click.Parameter]:
         click.Option(
             ["--film"],
             metavar="membrane|wrinkling|taut",
-            help="membrane, which wrinkles (default of devices); for study a homogeneous cone: wrinkling, or taut, "
-            "which bears compression (the paper's; default without a device). Without a device a membrane takes a/b "
-            "from --set radius_ratio=..., default 0.2.",
+            help="Model of the film. membrane: stretches vary from disc to rim, and it wrinkles (default of devices). "
+            "wrinkling: a cone of uniform stretch that wrinkles. taut: such a cone that bears compression, as in the "
+            "paper (default without a device). Without a device --set radius_ratio=... is the membrane's a/b, "
+            "default 0.2.",
         ),
     ]
 
@@ -75,12 +76,14 @@ def drive_parameters() -> list[click.Parameter]:
             ["--drive", "recording"],
             type=PLACE,
             metavar="CSV",
-            help='Drive it by a recorded voltage: a table (CSV, .mat, .h5) with the header "time (s), voltage (V)".',
+            help='Recorded voltage that drives the device: a table (CSV, .mat, .h5). Its header is "time (s), voltage (V)".',
         ),
-        click.Option(["--drive-scale"], type=float, metavar="FACTOR", help="Factor of its voltages. Default 1."),
-        click.Option(["--drive-repeat"], is_flag=True, default=None, help="Begin it again where it ends."),
         click.Option(
-            ["--drive-interpolation"], metavar="linear|pchip", help="Between its samples. Default straight lines."
+            ["--drive-scale"], type=float, metavar="FACTOR", help="Factor on the recorded voltage. Default 1."
+        ),
+        click.Option(["--drive-repeat"], is_flag=True, default=None, help="Repeat the recorded voltage."),
+        click.Option(
+            ["--drive-interpolation"], metavar="linear|pchip", help="Interpolation between its samples. Default linear."
         ),
     ]
 
@@ -106,7 +109,8 @@ def samples_parameter() -> click.Parameter:
     """--samples."""
     return click.Option(
         ["--samples"], type=PLACE, metavar="FILE",
-        help="Do this for every draw of a table, as a fit writes it (draws.nc; or .csv), with its correlations.",
+        help="Repeat the analysis for every draw of a table: draws.nc, which a fit writes, or a CSV file. Values of a "
+        "row belong together, so that correlations are preserved.",
     )  # fmt: skip
 
 

@@ -90,7 +90,10 @@ def drive(
     threads: int | None = None,
     progress: Progress = None,
 ) -> xr.Dataset:
-    """Find the best drive within the recommended window: its frequency, voltage, yield and limit.
+    """Find the drive with the largest stroke, work, speed or power that is safely below all limits.
+
+    It takes a minute, and many minutes for a device that moves chaotically, such as snap-cone; a given range of
+    frequencies is searched faster.
 
     Parameters
     ----------
@@ -99,7 +102,7 @@ def drive(
         square) or ``"power"`` (mean); work and power are those on the damper or a load.
     lowest_frequency, highest_frequency : ends of the range of drive frequencies, both or neither. Default a tenth of
         the natural frequency and three times that.
-    margin : distance of the voltage from the lowest limit, over that limit; half of it is left if the frequency is off
+    margin : share of the lowest limit by which the voltage stays below it. Half of it is left if the frequency is off
         by one per cent. Default 0.2.
     threads : worker threads; default one a core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).

@@ -73,10 +73,10 @@ def creep(
     threads: int | None = None,
     progress: Progress = None,
 ) -> xr.Dataset:
-    """Compute stroke, current and margin while constant voltages are held, and the time to pull-in over voltage.
+    """Compute how a film that creeps moves while constant voltages are held, and when it pulls in.
 
-    The voltage comes slowly for the disc and fast for the branches of the film: the disc begins where the film at once
-    rests, circuits charged. (A step that is fast for the disc, too, is `step`; it overshoots.)
+    The voltage is applied slowly enough that the disc does not overshoot, but faster than the film relaxes. The disc
+    begins at its equilibrium with the unrelaxed film, circuits charged. (`gelcone.step` applies the voltage at once.)
 
     Parameters
     ----------

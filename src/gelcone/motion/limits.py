@@ -45,12 +45,13 @@ def limits(
     threads: int | None = None,
     progress: Progress = None,
 ) -> xr.Dataset:
-    """Compute the voltages at which the flat film or the equilibrium loses its stability.
+    """Compute the voltages at which the film pulls in, the disc jumps, or a flat film starts to move.
 
     Parameters
     ----------
     model : one actuator or an ensemble; its voltage plays no part.
-    at_once : pitchfork and pull-in of a film that creeps before its branches have relaxed. Default the relaxed one.
+    at_once : pitchfork and pull-in of a film that creeps when the voltage has just been applied, before the film
+        relaxes. Default those of the relaxed film.
     tolerance : relative error of one integration step. Default 1e-15.
     threads : worker threads; default one a core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 @analysis(swept=True, examples=("biased-pump",))
 def operating_limits(model: ConeModel, *, threads: int | None = None, progress: Progress = None) -> xr.Dataset:
-    """Compute peak voltages at which an operating envelope ends, quasi-static and at each member's drive frequency.
+    """Compute the peak voltage of each limit of operation: on a slow voltage ramp, and at the drive frequency.
 
     They are those of `envelope` from rest: quasi-static ones on the way to pull-in or the stretch limit, driven ones up
     to ``examined_voltage``, where the motion pulls in, or a little above the constant voltage of pull-in, or to twice

@@ -42,7 +42,7 @@ def settled(
     threads: int | None = None,
     progress: Progress = None,
 ) -> xr.Dataset:
-    """Compute the settled motion under the full drive, and the linear response to the same drive.
+    """Compute the motion once its transient has decayed, and the linear response to the same drive.
 
     Over drive frequencies this is a frequency response whose points all start from ``initial``; `gelcone.frequency`
     sweeps up and down instead.
