@@ -281,7 +281,9 @@ class Films:
     def members(self, levels):
         return "members", levels.tolist()
 
-    def starts(self, levels):
+    def starts(self, levels, progress=None):
+        if progress is not None:
+            progress(1.0)
         return numbers(levels.size, 3, at=7.0)
 
     def curve(self, lasts, progress):
@@ -451,7 +453,7 @@ def test_the_time_to_pull_in_is_sought_between_both_thresholds_at_the_source(mon
         return None, np.where(at < 1.85, np.inf, 3.0)
 
     monkeypatch.setattr(_Held, "run", runs)
-    monkeypatch.setattr(_Held, "starts", lambda own, levels: "starts")
+    monkeypatch.setattr(_Held, "starts", lambda own, levels, progress: "starts")
     voltages, ends, highest = held.curve(30.0, None)
     shares = (np.arange(1, creep_module.CURVE + 1) / (creep_module.CURVE + 1)) ** 1.5
     np.testing.assert_allclose(levels[0], 1.5 + shares)
@@ -463,6 +465,21 @@ def test_the_time_to_pull_in_is_sought_between_both_thresholds_at_the_source(mon
     np.testing.assert_array_equal(ends, np.where(voltages < 1.85, np.inf, 3.0))
     assert highest == voltages[voltages < 1.85].max()
     assert 1.85 - highest < 0.01
+
+
+def test_the_progress_counts_the_starts(monkeypatch):
+    """Behind a resistance they take longer than the runs from there."""
+    shares, held = [], _Held.of(ConeModel(**RELAXING), 1e-10, 1)
+    held.starts(np.array([0.1, 0.2, 0.3, 0.4]), shares.append)
+    assert shares == [0.5, *[0.125] * 4]
+    monkeypatch.setattr(_Held, "run", lambda own, at, states, times, progress: progress(1.0) or (None, at < 0.5))
+    shares.clear()
+    lost = [SimpleNamespace(voltage=voltage) for voltage in (0.3, 0.6)]
+    relaxed = SimpleNamespace(rest=held.relaxed.rest, lost=lost[0])
+    at_once = SimpleNamespace(place=held.at_once.place, lost=lost[1])
+    replace(held, relaxed=relaxed, at_once=at_once).curve(1.0, shares.append)
+    assert sum(shares) == pytest.approx(1.0)
+    assert max(shares) < 0.2
 
 
 def test_the_margin_is_that_of_maps():

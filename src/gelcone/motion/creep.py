@@ -45,6 +45,8 @@ SAMPLES, DECADES = 120, 4.0
 CURVE, FINER, FINE = 12, 2, 6
 """Number of voltages between the thresholds at which the time to pull-in is computed; how often the interval in which
 that time begins to exceed the holding time is divided again, and by how many voltages."""
+START_SHARE = 0.7
+"""Share of the starts in the time of a part of the curve; equilibria of membranes behind a resistance take longest."""
 ZOOMS, ZOOMED = 3, 65
 """How often the interval in which the disc jumps is sampled more finely, and the number of samples."""
 RISE, HIGHEST, HALVINGS = 0.04, 30.0, 32
@@ -129,15 +131,16 @@ def creep(
     films = _Held.of(model, tolerance, threads)
     times = _times(lasts)
     sampled = np.union1d(times_of_run(films.members(levels), lasts), times)
-    starts = films.starts(levels)
-    whole, ends = films.run(levels, starts, sampled, weighted(progress, 0.4))
+    advance(progress, 0.15)
+    starts = films.starts(levels, weighted(progress, 0.1))
+    whole, ends = films.run(levels, starts, sampled, weighted(progress, 0.1))
     shown = np.searchsorted(sampled, times)
     run = replace(whole, times=whole.times[:, shown], states=whole.states[:, shown])
     along = ("constant_voltage",)
     x = np.where(times <= ends[:, None], run.states[..., 0], np.nan)
     members, outcome = films.members(levels), np.where(np.isfinite(ends), Outcome.PULLED_IN, run.outcome)
     *currents, heat = (np.where(np.isnan(x), np.nan, own) for own in _electric(members, run))
-    held_voltage, to_pull_in, highest = films.curve(lasts, weighted(progress, 0.3))
+    held_voltage, to_pull_in, highest = films.curve(lasts, weighted(progress, 0.5))
     found: dict[str, dataset.Variable] = {
         "initial_displacement": (along, starts[:, 0], "displacement at once", _AT_ONCE),
         "final_displacement": (along, x[:, -1], "displacement after the holding time", _LOST),
@@ -167,7 +170,7 @@ def creep(
         options={"duration": duration, "tolerance": tolerance},
         title="creep",
     )
-    advance(progress, 0.3)
+    advance(progress, 0.15)
     return result.assign(outcome=dataset.outcome_array(outcome, along))
 
 
@@ -300,12 +303,17 @@ class _Held:
         """The actuator at the levels."""
         return at_constant_voltages(self.model, levels).members()
 
-    def starts(self, levels: Array) -> Array:
+    def starts(self, levels: Array, progress: Progress = None) -> Array:
         """Equilibria (levels, N) of the film at once, behind charged circuits; the displacement is NaN where it pulls
         in at once."""
         members, places = self.members(levels), self.at_once.place(levels)
         begun = members.start_states((self.relaxed.rest, 0.0))
-        return np.array([self._start(members, k, [place, *begun[k, 1:]]) for k, place in enumerate(places)])
+        advance(progress, 0.5)
+        found = []
+        for k, place in enumerate(places):
+            found.append(self._start(members, k, [place, *begun[k, 1:]]))
+            advance(progress, 0.5 / levels.size)
+        return np.array(found)
 
     def _start(self, members: Members, k: int, z: list[Any]) -> list[float]:
         """The start of one level, ``z`` with circuits at rest. Levels are computed one by one, since films at different
@@ -344,7 +352,9 @@ class _Held:
         shares = (np.arange(1, CURVE + 1) / (CURVE + 1)) ** 1.5
         for part in range(1 + FINER):
             levels = held + (fails - held) * shares
-            _, found = self.run(levels, self.starts(levels), times, weighted(progress, 1.0 / (1 + FINER)))
+            share = weighted(progress, 1.0 / (1 + FINER))
+            begun = self.starts(levels, weighted(share, START_SHARE))
+            _, found = self.run(levels, begun, times, weighted(share, 1.0 - START_SHARE))
             voltages, ends = np.append(voltages, levels), np.append(ends, found)
             held = max([held, *levels[np.isinf(found)]])
             fails = min([high, *voltages[np.isfinite(ends) & (voltages > held)]])

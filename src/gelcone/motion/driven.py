@@ -180,17 +180,21 @@ def _limits(
         at = points[0].astype(np.intp)
         place = np.clip(np.searchsorted(volts, points[1]) - 1, 0, len(volts) - 1)
         omega, volt, start = omegas[at], points[1], final[at, place]
+        fuzzy = volt > low[at, CHAOS]
+        shifts = SHIFTS if fuzzy.any() else ()
+        share = 0.9 / NARROWINGS / (1 + len(shifts))
         some = _met(plane, omega, volt, start)
-        every, fuzzy = some.copy(), volt > low[at, CHAOS]
-        for shift in SHIFTS if fuzzy.any() else ():
+        counted(share)
+        every = some.copy()
+        for shift in shifts:
             now = _met(plane, omega[fuzzy], volt[fuzzy], start[fuzzy], shift)
+            counted(share)
             some[fuzzy], every[fuzzy] = some[fuzzy] | now, every[fuzzy] & now
         hit = np.stack([some, every])[:, of.ravel()].reshape(2, *inner.shape, -1)
         hit = np.take_along_axis(hit, columns[None, :, None, None], axis=3)[..., 0]
         first, last = np.where(hit.any(axis=2), hit.argmax(axis=2), PARTS - 1)
         edges, every_row = np.column_stack([begin, inner, end]), np.arange(rows.size)
         low[rows, columns], high[rows, columns] = edges[every_row, first], edges[every_row, last + 1]
-        counted(0.9 / NARROWINGS)
     low[:, -1], high[:, -1] = _onset(plane, omegas, float(volts[-1]))
     counted.finish()
     return low, high
