@@ -95,7 +95,7 @@ def test_text_and_files(gelcone, tmp_path):
         "validate", "--over", "displacement=0.1:1.5:5", "--over", "constant_voltage=0,1", *FAST, "--out", tmp_path
     )
     assert (code, err) == (0, "")
-    assert "disc over film a/b 0.2" in out
+    assert "the disc over that of the film, a/b: 0.2" in out
     assert "of the stretch limit at" in out
     assert "pulled in on the way" in out
     assert "mesh at" in out

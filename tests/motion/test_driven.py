@@ -273,3 +273,12 @@ def test_limits_at_a_fractal_border_are_as_wide_as_runs_from_starts_next_to_each
     overlap = (low[:, None] <= high) & (low <= high[:, None])
     assert overlap.mean() > 0.95
     assert (high - low > 4.0 * 0.2 / PARTS**3).mean() > 0.5
+
+
+def test_the_progress_counts_each_start_at_a_fractal_border():
+    """Chaotic motions take nearly all of the time."""
+    shares = []
+    driven(Fractal(0), OMEGAS[:1], VOLTS, refine=False, progress=shares.append)
+    assert sum(shares) == pytest.approx(1.0)
+    narrowing = 0.4 * 0.9 / module.NARROWINGS
+    assert np.isclose(shares, narrowing / (1 + len(module.SHIFTS))).sum() >= 1 + len(module.SHIFTS)

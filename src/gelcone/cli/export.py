@@ -43,8 +43,9 @@ def export_command() -> click.Command:
     by default to a CSV file next to it; variables over the same dims make a table, whose name has these dims, as in
     simulate.time.csv.
 
-    An FMU holds a compiled library. That takes some 10 s, up to a minute for two films or for a film that creeps
-    behind a resistance. Such long sources are not optimised; CC="gcc -O1" optimises them, which takes minutes.
+    An FMU holds a compiled library. To compile it takes about 10 s, and up to a minute for two films or for a film
+    that creeps behind a resistance. Such long sources are not optimised; with CC="gcc -O1" they are, which takes
+    minutes and makes steps a third shorter.
 
     \b
     gelcone export biased-pump pump.fmu

@@ -76,7 +76,7 @@ def drive_parameters() -> list[click.Parameter]:
             ["--drive", "recording"],
             type=PLACE,
             metavar="CSV",
-            help='Recorded voltage that drives the device: a table (CSV, .mat, .h5). Its header is "time (s), voltage (V)".',
+            help='Recorded voltage: a table (CSV, .mat, .h5) with the header "time (s), voltage (V)".',
         ),
         click.Option(
             ["--drive-scale"], type=float, metavar="FACTOR", help="Factor on the recorded voltage. Default 1."

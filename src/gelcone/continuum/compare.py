@@ -81,8 +81,8 @@ def validate(
         0.2) alone play a part, not the film that it names, spring, mass or drive.
     displacements : displacements x = h/(b-a) at which the disc is held, one number or a list. Default 20 from 0.1 to 2.
     voltages : constant voltages v, at least 0, one number or a list. Default none but 0.
-    wrinkles : the treatment of wrinkles. With ``"mark"`` the film does not wrinkle; states in compression are marked.
-        With ``"relax"`` it wrinkles (tension-field theory), and the film named membrane is compared, too.
+    wrinkles : the treatment of wrinkles: with ``"mark"`` the film does not wrinkle, and states in compression are
+        marked, with ``"relax"`` it wrinkles (tension-field theory), and the film named membrane is compared, too.
     elements : quadratic finite elements along the radius, at least 2.
     progress : called with the share of the work just done (the shares add up to 1).
 

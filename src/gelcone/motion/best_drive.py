@@ -92,16 +92,14 @@ def drive(
 ) -> xr.Dataset:
     """Find the drive with the largest stroke, work, speed or power that is safely below all limits.
 
-    It takes a minute, and many minutes for a device that moves chaotically, such as snap-cone; a given range of
-    frequencies is searched faster.
-
     Parameters
     ----------
     model : a single model, or a device; its drive gives the proportion of amplitude to offset.
     largest : the quantity to maximise: ``"stroke"`` (default), ``"work"`` in a drive period, ``"speed"`` (root mean
         square) or ``"power"`` (mean); work and power are those on the damper or a load.
-    lowest_frequency, highest_frequency : ends of the range of drive frequencies, both or neither. Default a tenth of
-        the natural frequency and three times that.
+    lowest_frequency, highest_frequency : ends of the range of drive frequencies, both or neither (a range is
+        searched faster than the default, which takes from one to several minutes). Default a tenth of the natural
+        frequency and three times that.
     margin : share of the lowest limit by which the voltage stays below it. Half of it is left if the frequency is off
         by one per cent. Default 0.2.
     threads : worker threads; default one a core. Does not change a bit of the result.

@@ -59,7 +59,7 @@ def regime(
     initial : displacement and velocity at time 0, shape (2,) or ensemble shape + (2,). Default (1, 0).
     transient : time after which the motion is first examined; default by damping, drive and slow states. Where a film
         creeps so slowly that this is long, the drift is followed by the map over the forcing period instead.
-    patience : time for which a damped motion that does not settle is followed before it is called chaotic, and all
+    patience : time for which a damped motion is followed before it counts as chaotic, and limit of the time for all
         starts next to it together. Default the longest of 100,000, 300 forcing periods and 5 default transients.
     budget : longest averaging time of the exponents. Default 20,000.
     tolerance : relative error of one integration step. Default 1e-15. Once chaos has pulled nearby starts
