@@ -619,11 +619,14 @@ def test_a_scheduler_file_is_waited_for_and_its_lack_is_said(tmp_path, monkeypat
 
 
 def test_the_last_worker_that_is_lost_and_those_that_leave_in_order_are_told_apart():
-    watched = cluster._Watched(["tcp://a", "tcp://b"])
+    watched = cluster._Watched(["tcp://a", "tcp://b"], "tcp://s:8786")
     watched((0.0, {"action": "remove-worker", "worker": "tcp://a", "expected": True}))
     watched((0.0, {"action": "remove-worker", "worker": "tcp://other"}))
     watched((0.0, "no dict"))
-    with pytest.warns(LostWorker, match="tcp://b is lost; none is left"):
+    with pytest.warns(
+        LostWorker,
+        match="tcp://b is lost; none is left; the run waits for one: start it with `dask worker tcp://s:8786`",
+    ):
         watched((0.0, {"action": "remove-worker", "worker": "tcp://b"}))
     watched((0.0, {"action": "add-worker", "worker": "tcp://c"}))
     with pytest.warns(LostWorker, match="none is left"):

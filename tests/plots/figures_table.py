@@ -254,7 +254,7 @@ TABLE = {
                 "text: # of apparent_power",
                 "text: mean power supplied",
                 "text: # of mean_power",
-                "text: pull-in of the membrane under constant voltage: unknown",
+                "text: pull-in of the membrane under constant voltage: unknown without radius_ratio",
                 "text: pull-in of the cone under constant voltage: none",
                 "text: first limit: hoop slack of the drive, at a peak of # of first_limit_voltage",
                 "text: below every limit: peaks up to # of safe_peak_voltage",
