@@ -12,7 +12,7 @@ from tests.plots.made_up import result
 
 def test_each_design_has_its_own_file(command_line, tmp_path, monkeypatch, undrawn):
     devices = [gelcone.find_device("biased-pump").replace(name=f"pump {k}", spring_rate=10.0 * k) for k in (1, 2)]
-    numbers = ("stroke", "membrane_stroke", "peak_voltage", "apparent_power", "recommended", "probability", "relaxed")
+    numbers = ("stroke", "peak_voltage", "apparent_power", "recommended", "probability", "relaxed")
     numbers += ("probability_low", "probability_high", "distance")
     found = result(
         {name: ("design", [1.0, 2.0]) for name in numbers}
@@ -22,7 +22,7 @@ def test_each_design_has_its_own_file(command_line, tmp_path, monkeypatch, undra
         {"spring_rate": "N/m"},
         {
             "title": "designs: pump", "gelcone_version": gelcone.__version__,
-            "frequency": 10.0, "margin": 0.2, "confidence": 0.9, "nominal_probability": 0.4,
+            "film": "membrane", "frequency": 10.0, "margin": 0.2, "confidence": 0.9, "nominal_probability": 0.4,
                 "nominal_probabilities": '{"apparent_power": 0.4}',
             "free": '["spring_rate"]', "objectives": '["apparent_power"]', "left_out": "[]",
             "devices": json.dumps([device.to_toml() for device in devices]),

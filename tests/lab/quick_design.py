@@ -9,7 +9,6 @@ from gelcone.lab import front as fronts
 from gelcone.lab.wish import FIRST_WISH
 
 PUMP = {
-    "film": "taut",
     "disc_radius": "8 mm",
     "film_thickness": "0.2 mm",
     "meridional_prestretch": 1.1,

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from gelcone.amounts import sized
 from gelcone.analyses.answer import result_json
 from gelcone.devices.units import format_si
 from gelcone.lab.design import designed_devices
+from gelcone.lab.front import NEW_DRAWS
+from gelcone.statistics import wilson
 
 if TYPE_CHECKING:
     import xarray as xr
-
-_WIDTHS = (8, 11, 14, 12, 15, 25, 30)
 
 
 def design_words(result: xr.Dataset) -> str:
@@ -22,14 +23,15 @@ def design_words(result: xr.Dataset) -> str:
     lines = [
         f"{attrs['title'].removeprefix('designs: ')}: {count} design{'s' * (count > 1)} at {attrs['frequency']:g} Hz, "
         f"{attrs['margin']:.0%} below all limits",
-        "".join(f"{name:{width}s}" for name, width in zip(_HEADS, _WIDTHS, strict=True)).rstrip(),
     ]
-    lines += [*(_row(result.isel(design=k)) for k in range(count)), _AS_MEMBRANE]
+    rows = [_row(result.isel(design=k)) for k in range(count)]
+    lines += [_line(cells, rows[0]) for cells in (rows[0], *(row.values() for row in rows))]
+    lines += _films(result)
     lines += [line for k in range(count) for line in _about(result.isel(design=k), json.loads(attrs["free"]))]
     lines += [f"left out: {reason}" for reason in json.loads(attrs["left_out"])]
     traps = json.loads(attrs["nominal_probabilities"])
     if traps:
-        every = ", ".join(f"{share:.1%} (best {name})" for name, share in traps.items())
+        every = ", ".join(f"{_share(share, *wilson(share, NEW_DRAWS))} (best {name})" for name, share in traps.items())
         alone, those = (
             ("where nothing is uncertain", "draws")
             if _drawn(result)
@@ -47,28 +49,41 @@ def _drawn(result: xr.Dataset) -> bool:
     return bool(json.loads(result.attrs.get("samples", "{}")))
 
 
-_AS_MEMBRANE = (
-    "as membrane: the settled stroke with the film membrane; the other columns are of the wish's film, by default "
-    "wrinkling"
-)
-"""The explanation of a column."""
-_HEADS = ("design", "stroke", "as membrane", "peak", "apparent", "probability", "first limit")
+def _films(result: xr.Dataset) -> list[str]:
+    """The film whose numbers are shown, and that of the draws behind the probability."""
+    film = result.attrs.get("film", "")
+    if not film:
+        return []
+    drawn = (
+        "; the probability is that of draws of the homogeneous cone, times what the film has over the cone at nominal "
+        "values"
+    )
+    return [f"all numbers are of the film {film}{drawn if 'probability' in result else ''}"]
 
 
-def _row(one: xr.Dataset) -> str:
-    share = (
-        f"{float(one['probability']):.1%} ({float(one['probability_low']):.1%} to {float(one['probability_high']):.1%})"
-    )
-    cells = (
-        str(int(one["design"])),
-        sized(one["stroke"], 3),
-        sized(one["membrane_stroke"], 3),
-        f"{float(one['peak_voltage']):.4g} V",
-        sized(one["apparent_power"], 3),
-        share,
-        f"{one['first_limit'].item()}, {float(one['recommended']):.4g} V recommended",
-    )
-    return "".join(f"{cell:{width}s}" for cell, width in zip(cells, _WIDTHS, strict=True)).rstrip()
+def _row(one: xr.Dataset) -> dict[str, str]:
+    """The cells of a design by their head."""
+    cells = {
+        "design": str(int(one["design"])),
+        "stroke": sized(one["stroke"], 3),
+        "peak": f"{float(one['peak_voltage']):.4g} V",
+        "apparent": sized(one["apparent_power"], 3),
+    }
+    if "probability" in one:
+        cells["probability"] = _share(*(float(one[f"probability{end}"]) for end in ("", "_low", "_high")))
+    return cells | {"first limit": f"{one['first_limit'].item()}, {float(one['recommended']):.4g} V recommended"}
+
+
+_WIDTHS = {"design": 8, "stroke": 11, "peak": 12, "apparent": 15, "probability": 25, "first limit": 30}
+
+
+def _line(cells: Iterable[str], heads: Iterable[str]) -> str:
+    return "".join(f"{cell:{_WIDTHS[head]}s}" for cell, head in zip(cells, heads, strict=True)).rstrip()
+
+
+def _share(share: float, low: float, high: float) -> str:
+    """A share and its 95 % interval."""
+    return f"{share:.1%} ({low:.1%} to {high:.1%})"
 
 
 def _about(one: xr.Dataset, free: list[str]) -> list[str]:
@@ -100,11 +115,12 @@ def device_text(result: xr.Dataset, k: int) -> str:
     said = [
         f"design {k + 1} of {result.attrs['title'].removeprefix('designs: ')}, found by gelcone design",
         f"settled stroke {sized(one['stroke'], 3)} at {result.attrs['frequency']:g} Hz "
-        f"({sized(one['membrane_stroke'], 3)} as a membrane), {sized(one['apparent_power'], 3)}",
-        f"{float(one['probability']):.1%} of the {those} meet all "
-        f"({float(one['probability_low']):.1%} to {float(one['probability_high']):.1%})",
+        f"with the film {result.attrs['film']}, {sized(one['apparent_power'], 3)}",
         f"first limit: {one['first_limit'].item()}; recommended up to {float(one['recommended']):.4g} V, "
         f"{result.attrs['margin']:.0%} below it",
         f"bound by {one['binding_requirement'].item()}",
     ]
+    if "probability" in one:
+        share, low, high = (float(one[f"probability{end}"]) for end in ("", "_low", "_high"))
+        said.insert(2, f"{share:.1%} of the {those} meet all ({low:.1%} to {high:.1%})")
     return "\n".join([*(f"# {line}" for line in said), "", json.loads(result.attrs["devices"])[k]])

@@ -20,9 +20,10 @@ def design_command() -> click.Command:
     A wish is a TOML file: what the device must do, which fields are free within which bounds, and the tolerance of
     each; `gelcone init --wish wish.toml` writes one to fill in. Designs are searched along the first two objectives,
     checked by their settled motion and their operating envelope, and printed with the share of devices within the
-    tolerances that meet all, of 4,096 new draws. They are found and checked with the film of the wish, by default
-    "wrinkling", a homogeneous cone with the pull-in of the membrane; the column "as membrane" is their stroke with the
-    film "membrane". --out writes a device file of each, with a table and a figure.
+    tolerances that meet all, of 4,096 new draws. The search runs on a homogeneous cone; the check and all that is
+    printed are of the film of the wish, by default "membrane", and the probability is of draws of the cone, its numbers
+    times those of the film over its own at nominal values. A search takes some two minutes of a processor. --out writes
+    a device file of each, with a table and a figure.
 
     \b
     gelcone init --wish wish.toml
@@ -36,7 +37,7 @@ def design_command() -> click.Command:
             help="Fields that are uncertain together, as a fit writes them (draws.nc; or .csv), with correlations, in "
             "place of their [tolerances]. What is fixed is at their median, what is free spreads as they do.",
         ),
-        click.Option(["--nominal"], is_flag=True, help="As if nothing were uncertain."),
+        click.Option(["--nominal"], is_flag=True, help="As if nothing were uncertain; prints no probability."),
         click.Option(["--seed"], type=click.IntRange(0, 2**31), default=0, show_default=True, help="Of the search."),
         *output_parameters(),
     ]  # fmt: skip

@@ -19,7 +19,9 @@ from gelcone._version import __version__
 from gelcone.devices.device import Device
 from gelcone.devices.points import field_attributes
 from gelcone.devices.scales import MEASURES
+from gelcone.devices.units import format_si
 from gelcone.errors import DoubtfulInput, InputError, check_kind, check_result
+from gelcone.lab.candidates import Found
 from gelcone.lab.front import (
     AGAIN,
     Problem,
@@ -33,8 +35,11 @@ from gelcone.lab.front import (
     relaxation,
     with_best,
 )
-from gelcone.lab.wish import Wish, with_samples
+from gelcone.lab.wish import MEASURES as WISHED
+from gelcone.lab.wish import Requirement, Wish, with_samples
 from gelcone.motion.envelope import envelope
+from gelcone.motion.natural import driven_frequency
+from gelcone.motion.ramp import stroke_and_blocked_force
 from gelcone.motion.settled import settled
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Counted, Progress, weighted
@@ -53,27 +58,44 @@ TRAP = 200
 
 
 class Checked(NamedTuple):
-    """The check of a design by the analyses: settled ``stroke`` and ``apparent_power``, the stroke of the film as a
-    ``membrane``, the ``recommended`` highest peak voltage at its frequency with the ``first_limit``, and the reason why
-    it ``failed``, empty if it did not."""
+    """The check of a design by the analyses, with its own film: its ``values`` in SI by name, the ``recommended``
+    highest peak voltage at its frequency with the ``first_limit``, the requirements that it ``missed``, and the reason
+    why it ``failed``, empty if it did not."""
 
-    stroke: float
-    membrane: float
-    apparent_power: float
+    values: Mapping[str, float]
     recommended: float
     first_limit: str
+    missed: tuple[Requirement, ...]
     failed: str
 
 
 NEARBY = 0.03
 """Distance of two more frequencies at which limits are examined, over the drive frequency."""
+TILT = 0.01
+"""Share by which a search aims beyond a requirement that the check of a design found missed."""
+
+
+def values_of(device: Device) -> dict[str, float]:
+    """The numbers of a design that may be required, in SI, with its own film."""
+    motion, scales = settled(device), device.scales
+    found = {
+        name: float(motion[name]) / MEASURES[quantity].per_unit
+        for name, quantity in (("stroke", "length"), ("apparent_power", "apparent power"), ("current", "current"))
+    }
+    peak = abs(float(device.voltage_offset)) + float(device.voltage_amplitude)
+    force = float(stroke_and_blocked_force(device, [peak])["blocked_force"][0])
+    return found | {
+        "peak_voltage": peak,
+        "blocked_force": force / MEASURES["force"].per_unit,
+        "natural_frequency": driven_frequency(device.to_model()) * float(scales.frequency),
+        "rest_height": float(device.initial_state()[0]) * float(scales.length),
+        "footprint": 2.0 * float(device.film_radius),
+    }
 
 
 def check(wish: Wish, device: Device) -> Checked:
     """Examine a design by its settled motion and by its operating envelope around its frequency."""
-    motion, membrane = settled(device), settled(device.replace_quietly(film="membrane"))
-    stroke, power = 1e-3 * float(motion["stroke"]), 1e-3 * float(motion["apparent_power"])
-    own = float(device.frequency)
+    values, own = values_of(device), float(device.frequency)
     found = envelope(device, frequencies=own * np.array([1.0 - NEARBY, 1.0, 1.0 + NEARBY]), margin=wish.margin)
     recommended = float(found["recommended_peak"][1])
     peak, first = float(found["operating_peak_voltage"]), int(found["first_limit"][1])
@@ -82,12 +104,24 @@ def check(wish: Wish, device: Device) -> Checked:
     if first >= 0 and float(found["limit_low"][first, 1]) <= float(static.min()):
         name = f"{found['driven_limit'].values[first]} under the drive"
     failed = ""
-    missed = [one for one in wish.requirements if one.name == "stroke" and (stroke < one.bound) == one.least]
-    if not np.isfinite(stroke) or missed:
-        failed = f"its settled stroke is {1e3 * stroke:.3g} mm"
+    missed = tuple(one for one in wish.requirements if not meets(one, values[one.name]))
+    if missed:
+        failed = f"its {missed[0].name} is {said(missed[0].name, values[missed[0].name])}"
+    elif not np.isfinite(values["stroke"]):
+        failed = "its motion does not settle"
     elif peak > recommended:
         failed = f"{name} leaves {recommended:.4g} V at its frequency, and it takes {peak:.4g} V"
-    return Checked(stroke, 1e-3 * float(membrane["stroke"]), power, recommended, name, failed)
+    return Checked(values, recommended, name, missed, failed)
+
+
+def meets(requirement: Requirement, value: float) -> bool:
+    """Whether a value meets a requirement; NaN does not."""
+    return value >= requirement.bound if requirement.least else value <= requirement.bound
+
+
+def said(name: str, value: float) -> str:
+    """A number of a design with its unit."""
+    return format_si(value, WISHED[name], 3) if np.isfinite(value) else "unknown"
 
 
 class Row(NamedTuple):
@@ -102,25 +136,49 @@ class Row(NamedTuple):
 
 
 def checked_row(problem: Problem, unit: Array, population: Array) -> Row:
-    """Check a design; if it fails for its limits, or new draws for its confidence, search one with more distance. Its
-    probability is that under the limits that the check found."""
+    """Check a design; if it fails, or new draws for its confidence, search one with the ratios of the checked film to
+    the closed forms, and with more distance. Its probability is that under these ratios and the limits that the check
+    found."""
     wished, uncertain = problem.wish.confidence, problem.draws > 1
     for attempt in range(ATTEMPTS):
         device = problem.wish.device.replace_quietly(fields_of(problem, unit))
         checked = check(problem.wish, device)
-        limit = float(np.nanmin(problem.nominal(problem.designs(unit[None])).limits[:, 0, 0]))
+        found = replace(problem, ratios={}).nominal(problem.designs(unit[None]))
+        limit = float(np.nanmin(found.limits[:, 0, 0]))
         share = checked.recommended / (1.0 - problem.wish.margin) / limit if np.isfinite(limit) else 1.0
-        limited = replace(problem, pull_in=float(np.fmin(share, 1.0)))
+        limited = with_ratios(replace(problem, pull_in=float(np.fmin(share, 1.0))), found, checked)
         row = Row(limited, unit, population, device, checked)
         lacking = wished - probability_of(limited, unit, problem.seed + 2)[0] if uncertain else 0.0
-        if attempt == ATTEMPTS - 1 or ("leaves" not in checked.failed and lacking <= 0.0):
+        if attempt == ATTEMPTS - 1 or (not checked.failed and lacking <= 0.0):
             return row
-        lowered = float(np.fmin(share, (0.98 if checked.failed else 1.0) * problem.pull_in))
-        problem = replace(problem, pull_in=lowered, extra=min(problem.extra + max(lacking, 0.0), 1.0 - wished))
+        overfit = wished - probability_of(problem, unit, problem.seed + 2)[0] if lacking > 0.0 else 0.0
+        lowered = float(np.fmin(share, (0.98 if "leaves" in checked.failed else 1.0) * problem.pull_in))
+        extra = min(problem.extra + max(overfit, 0.0), 1.0 - wished)
+        problem = tilted(replace(limited, pull_in=lowered, extra=extra), checked)
         unit, population, fitness = problem.search(problem.wish.objectives[0], with_best(population, unit), AGAIN)
         if not feasible(fitness):
             return row
     return row
+
+
+def with_ratios(problem: Problem, found: Found, checked: Checked) -> Problem:
+    """The problem with the numbers of the checked film over those of the closed forms, and its levels with them."""
+    values = {name: float(value[0, 0]) for name, value in found.values.items()}
+    ratios = {name: checked.values[name] / value if value else 1.0 for name, value in values.items()}
+    known = {name: ratio for name, ratio in ratios.items() if np.isfinite(ratio) and ratio > 0.0}
+    levels = tuple(
+        (one, level * known.get(one.name, 1.0) / problem.ratios.get(one.name, 1.0)) for one, level in problem.levels
+    )
+    return replace(problem, ratios=known, levels=levels)
+
+
+def tilted(problem: Problem, checked: Checked) -> Problem:
+    """The problem with the numbers whose requirement was missed a little worse."""
+    worse = {
+        one.name: problem.ratios.get(one.name, 1.0) * (1.0 - TILT if one.least else 1.0 + TILT)
+        for one in checked.missed
+    }
+    return replace(problem, ratios={**problem.ratios, **worse})
 
 
 # --- the result -------------------------------------------------------------------------------------------------------
@@ -142,14 +200,17 @@ def design(
 
     Returns
     -------
-    Dataset over ``design``, along the front of the first two objectives: the free fields, stroke, voltage and power,
-    the ``probability`` that a device within the tolerances meets all, of 4,096 new draws, with its 95 % interval; the
+    Dataset over ``design``, along the front of the first two objectives: the free fields; of the film of the wish, by
+    default "membrane", stroke, voltage and power; unless ``nominal`` the ``probability`` that a device within the
+    tolerances meets all, of 4,096 new draws, with its 95 % interval: draws of the homogeneous cone, its numbers times
+    those of the film over its own at nominal values; the
     ``first_limit`` and the ``recommended`` highest peak voltage; the ``distance`` of the natural frequency from that of
     the drive in half widths of the resonance; the ``binding_requirement``, and the share by which the
     first objective falls if that is 10 % weaker (``relaxed``). The attribute ``nominal_probability`` is the smallest
     probability of the designs that are best in an objective without uncertainty, ``nominal_probabilities`` those by
-    objective. Designs whose settled motion or envelope fails are left out, with the reasons in the attribute
-    ``left_out``; ``samples`` holds names, medians and the covariance of the logarithms of correlated fields.
+    objective; neither if ``nominal``. Designs whose settled motion or envelope fails are left out, with the reasons
+    in the attribute ``left_out``; ``samples`` holds names, medians and the covariance of the logarithms of correlated
+    fields.
     `gelcone.designed_devices` returns the devices.
 
     Raises
@@ -209,7 +270,7 @@ def design(
             counted(0.4 / len(found))
         scores = np.array([[objective_of(r.problem, r.unit, one) for one in wish.objectives] for r in rows])
         rows = [rows[k] for k in np.argsort(scores[:, -1])[::-1] if not dominated(scores)[k]]
-        result = _labelled(wish, rows, seed, traps(wish, seed) if wish.uncertain else {})
+        result = _labelled(wish, rows, seed, {} if nominal else traps(wish, seed))
     counted.finish()
     return result
 
@@ -260,14 +321,16 @@ def _film_errors(models: Sequence[ConeModel]) -> dict[str, float]:
 
 
 def traps(wish: Wish, seed: int) -> dict[str, float]:
-    """Objective -> probability of the design that is best in it without uncertainty; objectives that depend on no free
-    field are left out."""
-    alone, found = Problem(wish, 1, seed), {}
+    """Objective -> probability of the design that is best in it without uncertainty and passes its check; objectives
+    that depend on no free field are left out."""
+    found = {}
     for objective in wish.objectives:
-        unit, _, fitness = alone.search(objective, generations=TRAP)
+        alone = Problem(replace(wish, objectives=(objective,)), 1, seed)
+        unit, population, fitness = alone.search(objective, generations=TRAP)
         start = objective_of(alone, np.full(len(alone.names), 0.5), objective)
         if feasible(fitness) and fitness != start:
-            found[objective.name] = probability_of(alone, unit, seed + 1)[0]
+            row = checked_row(alone, unit, population)
+            found[objective.name] = probability_of(row.problem, row.unit, seed + 1)[0]
     return found
 
 
@@ -280,16 +343,18 @@ def _stored(wish: Wish) -> dict[str, Any]:
 
 _NUMBERS = {
     "stroke": ("settled stroke, peak to peak", "length"),
-    "membrane_stroke": ("settled stroke of the film as a membrane", "length"),
     "peak_voltage": ("peak voltage of the drive", "voltage"),
     "apparent_power": ("apparent power of the settled motion", "apparent power"),
     "recommended": ("highest peak voltage recommended at its frequency", "voltage"),
-    "probability": ("share of devices, as uncertain as they are, that meet all", "share"),
-    "probability_low": ("lower end of the 95 % interval of the share of devices that meet all", "share"),
-    "probability_high": ("upper end of the 95 % interval of the share of devices that meet all", "share"),
     "distance": ("natural frequency less that of the drive, in half widths of the resonance", "share"),
     "relaxed": ("share by which the first objective falls where what binds is 10 % weaker", "share"),
 }
+_PROBABILITY = {
+    "probability": ("share of devices, as uncertain as they are, that meet all", "share"),
+    "probability_low": ("lower end of the 95 % interval of the share of devices that meet all", "share"),
+    "probability_high": ("upper end of the 95 % interval of the share of devices that meet all", "share"),
+}
+"""Columns that a nominal design lacks."""
 
 
 def _labelled(wish: Wish, rows: Sequence[Row], seed: int, trap: Mapping[str, float]) -> xr.Dataset:
@@ -303,20 +368,20 @@ def _labelled(wish: Wish, rows: Sequence[Row], seed: int, trap: Mapping[str, flo
     if not good:
         rest = "widen the bounds, or weaken a requirement"
         raise InputError(f"design: every design found fails its check, the first since {left[0]}; {rest}")
-    numbers, binds = [], []
+    numbers, binds, drawn = [], [], good[0].problem.draws > 1
     for row in good:
-        share, low, high = probability_of(row.problem, row.unit, seed + 1)
         binds.append(binding_of(row.problem, row.unit))
-        found = row.problem.nominal(row.problem.designs(row.unit[None]))
         width = float(row.device.to_model().damping_ratio) * float(row.device.scales.frequency)
-        distance = (float(found.values["natural_frequency"][0, 0]) - float(row.device.frequency)) / width
+        values = row.checked.values
+        distance = (values["natural_frequency"] - float(row.device.frequency)) / width
         numbers.append((
-            row.checked.stroke, row.checked.membrane, float(found.values["peak_voltage"][0, 0]),
-            row.checked.apparent_power, row.checked.recommended, share, low, high, distance,
+            values["stroke"], values["peak_voltage"], values["apparent_power"], row.checked.recommended, distance,
             relaxation(row.problem, row.unit, row.population, binds[-1]),
+            *(probability_of(row.problem, row.unit, seed + 1) if drawn else ()),
         ))  # fmt: skip
     table: dict[str, tuple[Any, str, dataset.Of]] = {}
-    for (name, (words, of)), values in zip(_NUMBERS.items(), np.transpose(numbers), strict=True):
+    named = _NUMBERS | (_PROBABILITY if drawn else {})
+    for (name, (words, of)), values in zip(named.items(), np.transpose(numbers), strict=True):
         table[name] = values, words, of
         if of in MEASURES:
             table[name] = values * MEASURES[of].per_unit, words, {"units": MEASURES[of].shown, "quantity": of}
@@ -339,6 +404,7 @@ def _labelled(wish: Wish, rows: Sequence[Row], seed: int, trap: Mapping[str, flo
             "margin": wish.margin,
             "confidence": wish.confidence,
             "frequency": float(wish.device.frequency),
+            "film": str(wish.device.film),
             "nominal_probability": min(trap.values(), default=np.nan),
             "nominal_probabilities": json.dumps(trap),
             "left_out": json.dumps(left),

@@ -7,7 +7,7 @@ margin is negative in the wished share of draws of the tolerances, which are the
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -44,13 +44,15 @@ LOG_RATIO = 3.0
 @dataclass(frozen=True)
 class Problem:
     """A wish to be searched with ``draws`` of its tolerances; 1 stands for no uncertainty. ``pull_in`` is the share of
-    the cone's lowest limit that the membrane withstands, ``extra`` the confidence beyond the wished one, ``levels``
-    upper bounds of objectives, and ``relaxed`` the name of a requirement that is 10 % weaker."""
+    the cone's lowest limit that the film of the wish withstands, ``ratios`` the numbers of that film over those of the
+    closed forms, ``extra`` the confidence beyond the wished one, ``levels`` upper bounds of objectives, and ``relaxed``
+    the name of a requirement that is 10 % weaker."""
 
     wish: Wish
     draws: int = DRAWS
     seed: int = 0
     pull_in: float = 1.0
+    ratios: Mapping[str, float] = field(default_factory=dict)
     extra: float = EXTRA
     levels: tuple[tuple[Objective, float], ...] = ()
     relaxed: str = ""
@@ -90,7 +92,8 @@ class Problem:
         logs = normal[:, len(self.wish.tolerances) :] @ self.wish.samples.root.T
         for name, log in zip(self.wish.samples.names, logs.T, strict=True):
             fields[name] = fields.get(name, np.broadcast_to(float(self.device.get(name)), shape)) * np.exp(log)
-        return examine(self.device, fields, 1.0 / (1.0 - self.wish.margin))
+        found = examine(self.device, fields, 1.0 / (1.0 - self.wish.margin))
+        return found._replace(values={name: self.ratios.get(name, 1.0) * one for name, one in found.values.items()})
 
     def nominal(self, designs: Array) -> Found:
         """Evaluate designs without uncertainty, (designs, 1)."""

@@ -283,7 +283,7 @@ def _device(values: Mapping[str, Any]) -> Device:
     unknown = next((name for name in values if "." not in name and name not in Device.fields), None)
     if unknown is not None:
         raise unknown_name("field, requirement or setting", unknown, [*Device.fields, *MEASURES, *SETTINGS])
-    device = Device(**{"film": "wrinkling", **values})
+    device = Device(**{"film": "membrane", **values})
     _check(device)
     return device
 

@@ -20,15 +20,12 @@ def design_figure(result: xr.Dataset) -> Figure:
     """The front over the first two objectives, the probability of each design, and its voltage below its limit."""
 
     def draw(figure: Figure) -> None:
-        front, share, limit = figure.subplots(1, 3)
+        drawn = "probability" in result
+        front, *shares, limit = figure.subplots(1, 3 if drawn else 2)
         _front(result, front)
         number = result["design"].values
-        low, high, middle = (result[f"probability{end}"].values for end in ("_low", "_high", ""))
-        share.errorbar(number, middle, [middle - low, high - middle], fmt="o", ms=4.0, color=BLUE)
-        share.axhline(result.attrs["confidence"], color=GREY, ls="--", lw=0.8, label="required")
-        share.set_ylabel("share of devices that meet all")
-        share.margins(x=0.2, y=0.25)
-        share.legend(loc="upper left")
+        if drawn:
+            _shares(result, shares[0])
         limit.bar(
             number, result["recommended"].values / (1.0 - result.attrs["margin"]), 0.6, color=GREY, label="first limit"
         )
@@ -36,12 +33,21 @@ def design_figure(result: xr.Dataset) -> Figure:
         limit.set_ylabel(axis_label(result["peak_voltage"], "peak_voltage"))
         limit.set_ylim(0.0, 1.35 * limit.get_ylim()[1])
         limit.legend(loc="upper right")
-        for axes in (share, limit):
+        for axes in (*shares, limit):
             axes.set_xticks(number)
             axes.set_xlabel("design")
         figure.suptitle(result.attrs["title"], fontsize=9.0)
 
     return styled(9.0, 3.2, draw)
+
+
+def _shares(result: xr.Dataset, share: Axes) -> None:
+    low, high, middle = (result[f"probability{end}"].values for end in ("_low", "_high", ""))
+    share.errorbar(result["design"].values, middle, [middle - low, high - middle], fmt="o", ms=4.0, color=BLUE)
+    share.axhline(result.attrs["confidence"], color=GREY, ls="--", lw=0.8, label="required")
+    share.set_ylabel("share of devices that meet all")
+    share.margins(x=0.2, y=0.25)
+    share.legend(loc="upper left")
 
 
 def _front(result: xr.Dataset, axes: Axes) -> None:
