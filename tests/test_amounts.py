@@ -11,6 +11,7 @@ from gelcone.amounts import (
     sized,
     sized_alike,
     sized_range,
+    sized_with_error,
     time_unit,
     unit_of,
     with_error,
@@ -142,3 +143,14 @@ def test_numbers_of_a_row_have_the_unit_of_the_largest_or_of_one_among_which_the
     assert sized_alike(lengths) == ["0.02 mm", "5 mm", "unknown"]
     assert sized_alike(lengths[:1]) == ["20 um"]
     assert sized_alike(lengths[:1], among=5.0) == ["0.02 mm"]  # 5 mm, in the unit of the variable
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "text"),
+    [(543.3, 41.2, "540 ± 40 uW"), (543.3, 0.0, "543.3 uW"), (543.3, NAN, "543.3 uW"), (NAN, 3.0, "unknown"),
+     (1.0, 30.0, "1 ± 30 uW"), (543.3456, 1e-7, "543.3456000 ± 1e-07 uW")],
+)  # fmt: skip
+def test_a_number_has_the_digits_that_its_error_leaves(value, error, text):
+    number, its = (xr.DataArray(v, attrs={"units": "uW", "quantity": "power"}) for v in (value, error))
+    assert sized_with_error(number, its, 5) == text
+    assert sized_with_error(number, None, 5) == sized(number, 5)

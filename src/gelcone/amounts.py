@@ -106,10 +106,10 @@ def sized_range(low: xr.DataArray, high: xr.DataArray, digits: int = 4) -> str:
     return format_range(least, most, measure.unit, digits)
 
 
-def sized_with_error(variable: xr.DataArray, error: xr.DataArray, digits: int) -> str:
+def sized_with_error(variable: xr.DataArray, error: xr.DataArray | None, digits: int) -> str:
     """A single number with its error, both in the unit in which the number reads well: ``239.60093 ± 8e-06 V``. It has
     the digits that the error leaves; without an error ``digits``."""
-    value, spread = float(variable), float(error)
+    value, spread = float(variable), 0.0 if error is None else float(error)
     if not (math.isfinite(value) and 0.0 < spread < math.inf):
         return sized(variable, digits)
     spread = float(f"{spread:.1g}")

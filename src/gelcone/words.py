@@ -173,6 +173,18 @@ def motion_in_words(regime: int, period: int = 0, symmetric: bool = False) -> st
     return f"periodic, period {period}{', symmetric' if symmetric else ''}"
 
 
+UNREPEATED = "not repeat: numbers are of one run, those of another differ"
+
+
+def unrepeated_lines(repeats: Any) -> list[str]:
+    """A line for motions, ``repeats`` saying of each whether it does, that do not repeat, as chaotic ones: each run of
+    them has other numbers."""
+    known = np.ravel(repeats)
+    count = int((~known.astype(bool)).sum())
+    which = "the motion does" if known.size == 1 else f"{count} of {known.size} motions do"
+    return [f"{which} {UNREPEATED}"] if count else []
+
+
 def failed_in_words(outcomes: Any) -> str:
     """The ending of runs that did not reach their end, in two or three words, where all have one that is not a failure:
     pulled in, or impossible."""

@@ -72,6 +72,7 @@ def motion(**changes):
     return edited(made(own), **changes)
 
 
+UNREPEATED = "the motion does not repeat: numbers are of one run, those of another differ"
 HOLDS = "the model holds: film taut, away from its limits"
 
 
@@ -88,7 +89,7 @@ def test_the_kind_of_one_motion():
         "examined after 9 s; exponents averaged over 4 min", HOLDS,
     ]  # fmt: skip
     chaos = motion(regime=int(Regime.CHAOTIC), period=0, cycle_distance=NAN, zero_one=0.875, settled_time=NAN)
-    assert said(motions.regime_words, chaos) == ["chaotic", base[1], base[2], "0-1 test 0.88", HOLDS]
+    assert said(motions.regime_words, chaos) == ["chaotic", base[1], base[2], "0-1 test 0.88", UNREPEATED, HOLDS]
     lost = motion(validity_near_limit=0.125, validity_breakdown=NAN)
     assert said(motions.regime_words, lost)[-2:] == [
         "share of the motion in which the model does not hold: near the stretch limit 12.5 %",

@@ -67,10 +67,16 @@ def test_rows_that_another_beats_in_all_are_dominated():
     ]
 
 
+NOTHING = fronts.Found({}, np.zeros(0), np.zeros(0))
+"""What a replaced `examine` finds."""
+
+
 def test_draws_change_fields_by_their_tolerances_under_a_drive_harder_by_the_margin(wish, monkeypatch):
     """Relative deviations in the logarithm, absolute ones over the value."""
     asked = []
-    monkeypatch.setattr(fronts, "examine", lambda device, fields, share: asked.append((device, fields, share)))
+    monkeypatch.setattr(
+        fronts, "examine", lambda device, fields, share: asked.append((device, fields, share)) or NOTHING
+    )
     problem = fronts.Problem(wish(WISH), 1)
     unit = np.array([[0.0] * len(problem.names), [0.5] * len(problem.names), [1.0] * len(problem.names)])
     rows = problem.designs(unit)
@@ -129,7 +135,7 @@ def test_bounds_of_a_large_ratio_are_searched_by_logarithm_and_others_evenly(sma
 
 def test_samples_move_fields_together_and_a_deviation_in_units_is_a_share_of_the_value(small, monkeypatch):
     asked = []
-    monkeypatch.setattr(fronts, "examine", lambda device, fields, share: asked.append(fields))
+    monkeypatch.setattr(fronts, "examine", lambda device, fields, share: asked.append(fields) or NOTHING)
     root = np.array([[0.2, 0.0], [0.1, 0.3]])
     samples = Samples(("moving_mass", "spring_rate"), np.array([5e-3, 10.0]), root)
     tolerances = (Tolerance("voltage_amplitude", 30.0, False),)

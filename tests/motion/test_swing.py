@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from gelcone.motion.averages import AVERAGES
 from gelcone.motion.electrical import MEANINGS
 from gelcone.motion.swing import Swing, settled_swing, swing
 from gelcone.physics.model import ConeModel
@@ -85,11 +86,14 @@ def test_a_swing_is_sampled_over_whole_turns_and_drive_periods(monkeypatch, only
             else (None, None)
         ),
         harmonics_of=lambda members, x, samples: np.full((members.size, 4), x[:, :1] * 1j),
+        averages=lambda *given, **own: (np.full((1, len(AVERAGES)), np.nan), np.full(len(AVERAGES), 0.5)),
     )  # fmt: skip
     members, states = ConeModel(damping_ratio=0.1, voltage=[0.1, 0.2, 0.3, 0.4]).members(), numbers(4, 2)
     flow = {"tolerance": 2e-9, "threads": 5}
     found = swing(members, states, periods, only_extent=only_extent, source=not only_extent, **flow)
     assert [run["repeats"] for run in runs] == [24, 2, 6]
+    if not only_extent:  # those of cycles have no error
+        np.testing.assert_array_equal(found.errors[:, 0], [0.0, 0.5, 0.0, 0.0])
     for run, rows, own in zip(runs, ([1], [2], [0, 3]), range(1, 4), strict=True):
         at = 10.0 * own
         np.testing.assert_array_equal(run["states"], states[rows])

@@ -31,7 +31,9 @@ def design_words(result: xr.Dataset) -> str:
     lines += [f"left out: {reason}" for reason in json.loads(attrs["left_out"])]
     traps = json.loads(attrs["nominal_probabilities"])
     if traps:
-        every = ", ".join(f"{_share(share, *wilson(share, NEW_DRAWS))} (best {name})" for name, share in traps.items())
+        every = ", ".join(
+            f"{_share(share, *map(float, wilson(share, NEW_DRAWS)))} (best {name})" for name, share in traps.items()
+        )
         alone, those = (
             ("where nothing is uncertain", "draws")
             if _drawn(result)

@@ -14,8 +14,8 @@ from gelcone.analyses.answer import (
     member_lines,
     outcome_lines,
 )
-from gelcone.codes import Outcome
-from gelcone.words import SIGNS, evidence_in_words, exponent_in_words, validity_in_words
+from gelcone.codes import Outcome, Regime
+from gelcone.words import SIGNS, evidence_in_words, exponent_in_words, unrepeated_lines, validity_in_words
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -96,4 +96,5 @@ def _evidence(member: xr.Dataset) -> list[str]:
         of_cycle = np.isfinite(member["cycle_distance"])
         source = "of the cycle" if of_cycle else f"averaged over {lasting(averaged, time, 4)}"
         lines.append(f"examined after {lasting(settled, time, 4)}; exponents {source}")
-    return lines
+    repeats = int(member["regime"]) not in {Regime.CHAOTIC, Regime.QUASI_PERIODIC}
+    return [*lines, *unrepeated_lines(repeats)]

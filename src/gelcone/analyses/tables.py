@@ -6,15 +6,23 @@ import re
 import textwrap
 from collections import Counter
 from itertools import zip_longest
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.amounts import measured, missing, sized, sized_range, sized_with_error
+from gelcone.amounts import measured, missing, sized_range, sized_with_error
 from gelcone.analyses.answer import WIDTH, heading, outcome_lines, state_lines
 from gelcone.codes import Outcome
 from gelcone.physics.balance import PullIn
-from gelcone.words import MOST_LINES, event_label, members_of, shortened, validity_in_words, varied_names
+from gelcone.words import (
+    MOST_LINES,
+    event_label,
+    members_of,
+    shortened,
+    unrepeated_lines,
+    validity_in_words,
+    varied_names,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,6 +34,8 @@ YES = "1 if "
 """With this a label begins whose number is 1 for yes and 0 for no."""
 FILM_STATES = r"validity_|(second_)?film_state_"
 """Names of numbers which a line of their own says of a single device, for an ensemble their mean."""
+ERROR = "_standard_error"
+"""Ending of the name of a standard error."""
 LABEL_WIDTH = 48
 """Most letters of a line of a label in a table of members, unless there is room."""
 MOST_LETTERS = 24
@@ -49,10 +59,8 @@ def _unrepeated_lines(shown: xr.Dataset) -> list[str]:
     """A line for settled motions that do not repeat, as chaotic ones: each run of them has other numbers."""
     if not {"period", "resting"} <= {*shown.data_vars}:
         return []
-    known = (shown["outcome"] == Outcome.OK) & (shown["resting"] == 0)
-    count = int((known & (shown["period"] == 0)).sum())
-    which = "the motion does" if not known.ndim else f"{count} of {known.size} motions do"
-    return [f"{which} not repeat: numbers are of one run, those of another differ"] if count else []
+    moving = (shown["outcome"] == Outcome.OK) & (shown["resting"] == 0)
+    return unrepeated_lines(~(moving & (shown["period"] == 0)))
 
 
 def _reasons(shown: xr.Dataset) -> set[str]:
@@ -171,21 +179,23 @@ def _row_lines(label: str, label_width: int, values: list[str], widths: list[int
 
 
 def _rows(member: xr.Dataset, apart: str = r"validity_") -> dict[str, str]:
-    """The text of each number of one member but those whose names match ``apart``, by its label; a voltage with its
-    error, as ``onset_voltage`` with ``onset_error``."""
-    errors = {name: name.replace("_voltage", "_error") for name in map(str, member) if name.endswith("_voltage")}
-    errors = {name: error for name, error in errors.items() if error in member}
+    """The text of each number of one member but those whose names match ``apart``, by its label; one whose error the
+    member has with it, as ``onset_voltage`` with ``onset_error``."""
+    errors = {name: error for name in map(str, member) if (error := _error_name(name)) in member}
     return {
-        variable.attrs["long_name"].removeprefix(YES): (
-            sized_with_error(variable, member[errors[str(name)]], DIGITS) if name in errors else _value(variable)
-        )
+        variable.attrs["long_name"].removeprefix(YES): _value(variable, member.get(errors.get(str(name), "")))
         for name, variable in member.data_vars.items()
         if not variable.dims and name not in ("outcome", *errors.values()) and not re.match(apart, str(name))
     }
 
 
-def _value(variable: xr.DataArray) -> str:
-    """A number with its unit; the meaning of a code; yes or no."""
+def _error_name(name: str) -> str:
+    """The name under which a result has the error of a number."""
+    return name.replace("_voltage", "_error") if name.endswith("_voltage") else f"{name}{ERROR}"
+
+
+def _value(variable: xr.DataArray, error: xr.DataArray | None = None) -> str:
+    """A number with its unit and its ``error``; the meaning of a code; yes or no."""
     if variable.dtype.kind == "b":
         return "yes" if variable else "no"
     if variable.name == "pull_in_kind":
@@ -194,4 +204,4 @@ def _value(variable: xr.DataArray) -> str:
         return event_label(variable)
     if variable.attrs.get("long_name", "").startswith(YES):
         return "yes" if variable else "no"
-    return sized(variable, DIGITS)
+    return sized_with_error(variable, error, DIGITS)

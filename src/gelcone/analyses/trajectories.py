@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gelcone.amounts import lasting, lasting_alike, measured, sized, sized_alike, sized_range, unit_of
+from gelcone.amounts import lasting, lasting_alike, measured, sized, sized_alike, sized_range, sized_with_error, unit_of
 from gelcone.analyses.answer import ending_lines, heading, pulled_in
 from gelcone.analyses.tables import side_by_side
 from gelcone.codes import FilmPullIn, Outcome
+from gelcone.motion.averages import repeats
 from gelcone.physics.balance import PullIn
 from gelcone.physics.film.pull_in import is_cone
 from gelcone.physics.placed import PREFIX
@@ -20,6 +21,7 @@ from gelcone.words import (
     film_state_in_words,
     members_of,
     shortened,
+    unrepeated_lines,
     validity_in_words,
     varied_names,
 )
@@ -306,7 +308,19 @@ def _section_heading(shown: xr.Dataset, subject: Subject) -> list[str]:
     several = f", {shown['outcome'].size} members" if shown["outcome"].dims else ""
     lines = [*heading(subject), f"{shown.attrs['title']}{several}", *ending_lines(shown)]
     x = shown["displacement"]
-    return [*lines, f"displacement {_span(x)}"] if x.notnull().any() else lines
+    if not x.notnull().any():
+        return lines
+    return [*lines, f"displacement {_span(x)}", *unrepeated_lines(_repeat(shown))]
+
+
+def _repeat(shown: xr.Dataset) -> list[bool]:
+    """Whether the points of each member, of those that the motion runs through in order, repeat."""
+    members = [member for _, member in members_of(shown)] if shown["outcome"].dims else [shown]
+    found = []
+    for member in members:
+        points = np.stack([member[name].values.ravel() for name in ("displacement", "velocity") if name in member], 1)
+        found.append(repeats(points[np.isfinite(points).all(axis=1)]))
+    return found
 
 
 # --- spectra ----------------------------------------------------------------------------------------------------------
@@ -323,6 +337,8 @@ def spectrum_words(shown: xr.Dataset, subject: Subject) -> str:
         ]
     elif int(shown["outcome"].values.ravel()[0]) == Outcome.OK:
         lines += _line_table(shown)
+    if "rms_standard_error" in shown:
+        lines += unrepeated_lines(~(shown["rms_standard_error"].values > 0.0))
     return "\n".join(lines)
 
 
@@ -343,7 +359,10 @@ def _line_table(shown: xr.Dataset) -> list[str]:
     """The strongest lines of a single run."""
     if np.isnan(shown["flatness"]):
         return ["the actuator stands still: it has no spectrum"]
-    swing = f"rms {sized(shown['rms'], 5)} about {sized(shown['mean_displacement'], 5)}"
+    rms, mean = (
+        sized_with_error(shown[name], shown.get(f"{name}_standard_error"), 5) for name in ("rms", "mean_displacement")
+    )
+    swing = f"rms {rms} about {mean}"
     if np.isnan(shown["power_in_lines"]):
         return [swing, *_run_lines(shown)]
     count = int(shown["line_ratio"].notnull().sum())

@@ -12,6 +12,7 @@ from gelcone.codes import Outcome
 from gelcone.dataset import Findings
 from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
+from gelcone.motion.averages import AVERAGES
 from gelcone.motion.electrical import MEANINGS, known_of
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.linear import linear_response, quantity_of_stroke
@@ -69,7 +70,9 @@ def settled(
     losses besides those of the damper its parts ``damper_power``, ``film_power``, ``resistor_power`` (with the loss at
     jumps of an ideal source's voltage), ``leak_power`` and ``dielectric_power``; the ``apparent_power`` (rms voltage
     times rms current) and the largest true ``field``; for films that creep or leak the mean ``heat`` in them over their
-    volume and ``heating``, the rate at which their temperature rises while they give no heat away; ``validity_*`` as in
+    volume and ``heating``, the rate at which their temperature rises while they give no heat away; the
+    ``..._standard_error`` of each average, 0 for a motion that repeats: averages of one that does not are over 256
+    forcing periods, and those of another run differ by their errors, its extremes by more; ``validity_*`` as in
     `regime`; and ``outcome``, an error for a member without damping.
 
     Raises
@@ -90,6 +93,11 @@ def settled(
     options: dict[str, Any] = {"transient": transient, "patience": patience, "tolerance": tolerance}
     found = settled_cells(members, states, **options, threads=threads, progress=progress)
     return dataset.label(model, found.variables, outcome=found.outcome, options=options, title="settled motion")
+
+
+def _meaning(name: str) -> tuple[str, dataset.Of]:
+    """The meaning and quantity of an average."""
+    return ("mean displacement", "length") if name == "mean" else MEANINGS[name]
 
 
 def settled_cells(
@@ -124,7 +132,7 @@ def settled_cells(
             "stroke": ((), 2.0 * found.amplitude, "stroke of the settled motion, peak to peak", "length"),
             "lowest": ((), found.lowest, "lowest displacement", "length"),
             "highest": ((), found.highest, "highest displacement", "length"),
-            "mean": ((), found.mean, "mean displacement", "length"),
+            "mean": ((), found.mean, *_meaning("mean")),
             "period": ((), found.forcing_periods, "period in forcing periods, 0 if none", "count"),
             "resting": ((), found.resting.astype(np.int8), "1 if the disc is at rest", "code"),
             "harmonic_amplitude": (("harmonic",), np.abs(found.harmonics), "amplitudes of harmonics 1 to 4", "length"),
@@ -133,6 +141,11 @@ def settled_cells(
             **{
                 name: ((), found.source[:, list(MEANINGS).index(name)], *MEANINGS[name])
                 for name in known_of(members.system)
+            },
+            **{
+                f"{name}_standard_error": ((), found.errors[:, k], f"standard error: {_meaning(name)[0]}", of)
+                for k, (name, of) in enumerate((name, _meaning(name)[1]) for name in AVERAGES)
+                if name in {"mean", *known_of(members.system)}
             },
             **validity_variables(found.validity, found.outcome, members.system),
         },

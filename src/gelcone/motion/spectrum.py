@@ -21,6 +21,7 @@ from gelcone import dataset
 from gelcone.dataset import Findings, with_initial
 from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
+from gelcone.motion.averages import of_record
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.settle import (
     MOST_PER_REPEAT,
@@ -116,7 +117,8 @@ def spectrum(
     ``power_in_lines`` is the share of the displacement's variance in the main lobes of lines. ``flatness`` is the
     geometric over the arithmetic mean of the power in all bins above 0 up to ``highest``, amplitudes below 1e-12
     counted as 1e-12 (near 0: lines only; 0.56: white noise). ``mean_displacement`` and ``rms`` (about the mean) are
-    those of the record. A motion of rms below 1e-12 stands still: it has no lines, and shares are NaN.
+    those of the record, each with its ``..._standard_error``, 0 of a motion that repeats: those of another run of
+    one that does not differ by it. A motion of rms below 1e-12 stands still: it has no lines, and shares are NaN.
     ``aliasing_bound`` bounds the error of any amplitude by aliasing: the largest amplitude in the last eighth of the
     sampled band, in which spectra already fall. Records are sampled again, finer, until it is below 1e-5 of the largest
     amplitude or a record has 2,097,152 samples.
@@ -309,6 +311,8 @@ class Spectrum:
     aliasing_bound: float
     mean: float
     rms: float
+    mean_standard_error: float = np.nan
+    rms_standard_error: float = np.nan
 
     @property
     def folds(self) -> bool:
@@ -331,11 +335,13 @@ def analyse(record: Array, periods: int, highest: float) -> Spectrum:
     peaks, prominences = peaks[kept], prominences[kept]
     ratios, heights = _interpolated(sampled, peaks)
     lines = np.column_stack([ratios / periods, heights, prominences])
-    power = _power(found.amplitude)
+    power, errors = _power(found.amplitude), of_record(record, periods)
     return replace(
         found,
         lines=lines[np.argsort(-heights, kind="stable")][:MOST_LINES],
         power_in_lines=float(power[_in_lobes(peaks, power.size)].sum() / power.sum()),
+        mean_standard_error=errors[0],
+        rms_standard_error=errors[1],
     )
 
 
@@ -417,6 +423,8 @@ _NUMBERS = {
     "aliasing_bound": ("bound of what aliasing adds to an amplitude", "length"),
     "mean": ("mean displacement", "length"),
     "rms": ("root mean square of the displacement about its mean", "length"),
+    "mean_standard_error": ("standard error of the mean displacement, 0 of a motion that repeats", "length"),
+    "rms_standard_error": ("standard error of the root mean square, 0 of a motion that repeats", "length"),
 }
 
 
@@ -433,5 +441,5 @@ def _variables(members: Members, spectra: list[Spectrum], bins: int | None) -> d
     }
     for name, meaning in _NUMBERS.items():
         values = np.array([getattr(s, name) for s in spectra])
-        variables["mean_displacement" if name == "mean" else name] = ((), values, *meaning)
+        variables[name.replace("mean", "mean_displacement")] = ((), values, *meaning)
     return variables

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from gelcone.codes import Outcome
 from gelcone.motion.attractor.cycle import Cycles, extremes, sampled
 from gelcone.motion.attractor.search import search
+from gelcone.motion.averages import AVERAGES, averages
 from gelcone.motion.columns import Columns, column
 from gelcone.motion.electrical import MEANINGS, electrical
 from gelcone.motion.validity import VALIDITY
@@ -35,8 +36,9 @@ class Swing(Columns):
     ``lowest`` and ``highest`` displacement; ``period`` of the cycle in forcing periods (0: none); ``resting``, true if
     the cycle (of period 1) is a rest; ``outcome``; complex ``harmonics`` (..., harmonics), the displacement being the
     sum of the imaginary parts of harmonic times exp(i k omega t); ``final`` states (..., N) at phase 0; ``mean``
-    displacement; ``validity`` (`gelcone.motion.validity.validity`); and deliveries of the ``source``, (...,
-    `gelcone.motion.electrical.MEANINGS`).
+    displacement; ``validity`` (`gelcone.motion.validity.validity`); deliveries of the ``source``, (...,
+    `gelcone.motion.electrical.MEANINGS`); and with these the standard ``errors`` of `gelcone.motion.averages.AVERAGES`,
+    0 for a cycle.
     """
 
     lowest: Array = column()
@@ -49,6 +51,7 @@ class Swing(Columns):
     mean: Array = column()
     validity: Array = column(np.nan, VALIDITY)
     source: Array = column(np.nan, len(MEANINGS))
+    errors: Array = column(np.nan, len(AVERAGES))
 
     @property
     def amplitude(self) -> Array:
@@ -85,8 +88,8 @@ def swing(
     """The motions of a flattened ensemble from ``states`` (members, N) at phase 0.
 
     Motions on cycles of known ``period`` (members,) are sampled over whole turns and drive periods, those of period 0
-    over `REPEATS` forcing periods. With ``only_extent``, harmonics and validity, which is slow to compute, stay NaN;
-    deliveries stay NaN without ``source``.
+    over `REPEATS` forcing periods, their averages with the ``source`` over more. With ``only_extent``, harmonics and
+    validity, which is slow to compute, stay NaN; deliveries stay NaN without ``source``.
     """
     found = Swing.blank(members.size, states=states.shape[1])
     found.period[:] = 0 if period is None else period
@@ -103,10 +106,21 @@ def swing(
             spacing = (run.times.shape[1] - 1) // x.shape[1]
             of_source = electrical(part, run.times[:, spacing::spacing], run.path, states[rows], **flow_options)
             found.source[rows] = np.stack([of_source[name] for name in MEANINGS], axis=-1)
+            found.errors[rows] = 0.0
+            if not own:
+                _average(found, rows, *averages(part, states[rows], SAMPLES, **flow_options))
         if not only_extent:
             found.harmonics[rows] = harmonics_of(part, x, SAMPLES)
             found.validity[rows] = run.validity(part, turn=own > 0)
     return found
+
+
+def _average(found: Swing, rows: npt.NDArray[np.intp], means: Array, errors: Array) -> None:
+    """Set the averages of motions without a period, where they are known, and their errors."""
+    for k, name in enumerate(AVERAGES):
+        own = found.mean if name == "mean" else found.source[:, list(MEANINGS).index(name)]
+        own[rows] = np.where(np.isfinite(means[:, k]), means[:, k], own[rows])
+    found.errors[rows] = errors
 
 
 def harmonics_of(members: Members, x: Array, samples: int) -> npt.NDArray[np.complex128]:

@@ -1,0 +1,79 @@
+"""Averages of a motion that does not repeat, with their standard errors.
+
+Another run of such a motion, from a start as near as you like, has other averages. Their errors are those of means over
+blocks of forcing periods (`gelcone.motion.exponents.grown_statistics`).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from gelcone.motion.attractor.cycle import sampled
+from gelcone.motion.electrical import MEANINGS, electrical
+from gelcone.motion.exponents import grown_statistics
+from gelcone.motion.settle import Clock
+from gelcone.physics.members import Members
+from gelcone.quantity import Array
+
+BATCHES, BATCH = 64, 4
+"""Number of blocks of an average, and forcing periods in each: a whole number of drive periods."""
+AVERAGES = ("mean", *(name for name in MEANINGS if name not in {"current", "field"}))
+"""Names of the averages of a settled motion: of its displacement, and of what its source delivers."""
+WINDOWED = 35.0 / 18.0
+"""Mean square over squared mean of the window sin^4, times which the variance of an average grows by the window."""
+MOST_LAG = 64
+RETURN = 1e-3
+"""Distance, over the extent of the motion, within which points of a motion that repeats return."""
+
+
+def averages(members: Members, states: Array, samples: int, **flow: Any) -> tuple[Array, Array]:
+    """`AVERAGES` of motions from ``states`` (members, N) at phase 0 over `BATCHES` blocks, ``samples`` in a forcing
+    period, and their standard errors, (members, averages) each; NaN for motions that end or whose average has no
+    bound."""
+    blocks, begin = np.full((BATCHES, len(states), len(AVERAGES)), np.nan), states
+    for block in blocks:
+        run = sampled(members, begin, BATCH, samples, **flow)
+        spacing = (run.times.shape[1] - 1) // run.path.shape[1]
+        found = electrical(members, run.times[:, spacing::spacing], run.path, begin, **flow)
+        block[:] = np.stack([run.path[..., 0].mean(axis=1), *(found[name] for name in AVERAGES[1:])], axis=1)
+        begin = run.path[:, -1]
+    rms = AVERAGES.index("apparent_power")  # the rms current is averaged as its square
+    blocks[..., rms] **= 2
+    with np.errstate(invalid="ignore", divide="ignore"):
+        means, errors = batch_means(blocks)
+        means[:, rms] = np.sqrt(means[:, rms])
+        errors[:, rms] /= 2.0 * means[:, rms]
+    known = np.isfinite(means)
+    return np.where(known, means, np.nan), np.where(known, errors, np.nan)
+
+
+def batch_means(blocks: Array) -> tuple[Array, Array]:
+    """Means of (blocks, ...) and their standard errors."""
+    rows = np.moveaxis(blocks.reshape(len(blocks), -1), 0, 1)[..., None]
+    one = np.ones(len(rows))
+    means, errors, _ = grown_statistics(rows, Clock(1, 1, one, one))
+    return means.reshape(blocks.shape[1:]), errors.reshape(blocks.shape[1:])
+
+
+def of_record(record: Array, periods: int) -> tuple[float, float]:
+    """The standard errors of mean and rms of an even record over whole drive ``periods`` under the window sin^4; 0 of
+    one that repeats."""
+    rows = record.reshape(periods, -1)
+    if repeats(rows[:, :: max(1, rows.shape[1] // 4)]):
+        return 0.0, 0.0
+    square = (record - record.mean()) ** 2
+    means, errors = batch_means(np.stack([rows.mean(axis=1), square.reshape(periods, -1).mean(axis=1)], axis=1))
+    mean, rms = np.sqrt(WINDOWED) * errors
+    return float(mean), float(rms / (2.0 * np.sqrt(means[1])))
+
+
+def repeats(points: Array) -> bool:
+    """Whether the later half of points (steps, features) of a motion returns, after up to `MOST_LAG` steps, to within
+    a share of its extent."""
+    late = points[len(points) // 2 :]
+    extent = float(np.ptp(points, axis=0).max(initial=0.0))
+    size = max(extent, float(np.abs(points).max(initial=0.0)) * RETURN)
+    lags = range(1, min(MOST_LAG, len(late) - 1) + 1)
+    return len(late) < 2 or any(bool((np.abs(late[lag:] - late[:-lag]) <= RETURN * size).all()) for lag in lags)
