@@ -125,14 +125,16 @@ def test_tolerances():
         ]
     assert grids.tolerance_lines(tolerances(stroke=NAN)) == lines[:1]
     assert grids.tolerance_lines(tolerances().drop_vars(["first_order", "total_order"])) == lines[:2]
-    over = xr.concat([tolerances(), tolerances(probability=0.75, stroke=[4.0, 5.0, 6.0])], "voltage")
+    over = xr.concat([tolerances(), tolerances(probability=[0.75, NAN], stroke=[4.0, 5.0, 6.0])], "voltage")
     over = over.assign_coords(voltage=("voltage", [800.0, 900.0], {"units": "V"}))
-    found = grids.tolerance_lines(over.drop_vars(["first_order", "total_order"]))
-    assert found[0].endswith(", the highest, at voltage 900 V")
-    equal = grids.tolerance_lines(over.assign(probability=0.0 * over["probability"] + 0.25))
-    assert equal[0] == lines[0]
-    assert found[-1].startswith("quantiles of the stroke in mm: 5 % 4 [")
-    assert found[-1].endswith("], at voltage 900 V")
+    assert grids.tolerance_lines(over)[0] == f"  voltage 800 V: {'; '.join(lines[:2])}"
+    assert grids.tolerance_lines(over)[1].startswith("  voltage 900 V: probability of chaos 0.75 [0.125, 0.5] of 16 ")
+    assert "; quantiles of the stroke in mm: 5 % 4 [" in grids.tolerance_lines(over)[1]
+    assert grids.tolerance_lines(over)[2:] == [lines[2].replace(" (Sobol", " at voltage 900 V (Sobol"), *lines[3:]]
+    lower = over.assign(total_order=over["total_order"].where(over["voltage"] < 850.0))
+    assert grids.tolerance_lines(lower)[2] == lines[2].replace(" (Sobol", " at voltage 800 V (Sobol")
+    lost = over.assign(stroke=over["stroke"].where(over["voltage"] < 850.0))
+    assert grids.tolerance_lines(lost)[1].endswith("of 16 draws")
 
 
 def test_membranes_between_which_voltages_were_interpolated():

@@ -236,32 +236,38 @@ def membranes_lines(shown: xr.Dataset) -> list[str]:
 
 
 def tolerance_lines(found: xr.Dataset) -> list[str]:
-    """Risks with their intervals, each where it is highest, quantiles of the stroke, and what the stroke depends on."""
-    lines = []
-    for risk in found["risk"].values:
-        one = found.sel(risk=risk)
-        if not one["probability"].notnull().any():
-            continue
-        at = one.isel(one["probability"].argmax(...)) if one["probability"].ndim else one
-        differ = float(one["probability"].max()) > float(one["probability"].min())
-        lines.append(
-            f"probability of {risk} {float(at['probability']):.3g} [{float(at['low']):.3g}, {float(at['high']):.3g}] "
-            f"of {int(at['decided'])} draws" + _where(at, "the highest, at", one["probability"].dims if differ else ())
-        )
-    median = found["stroke"].sel(quantile=0.5, drop=True)
-    if median.notnull().any():
-        at = found.isel(median.argmax(...)) if median.ndim else found
-        unit = f" in{unit_of(found['stroke'])}" if unit_of(found["stroke"]) else ""
-        parts = [
-            f"{100.0 * float(q):.0f} % {float(v):.3g} [{_end(low)}, {_end(high)}]"
-            for q, v, low, high in zip(
-                *(at[name].values for name in ("quantile", "stroke", "stroke_low", "stroke_high")), strict=True
-            )
-        ]
-        lines.append(f"quantiles of the stroke{unit}: {', '.join(parts)}" + _where(at, "at", median.dims))
-        if "first_order" in found:
-            lines += _tornado_lines(at)
+    """A line of risks with their intervals and of quantiles of the stroke for each point of the grid, and what the
+    stroke depends on at the last point where that is known."""
+    axes = [dim for dim in found["probability"].dims if dim != "risk"]
+    points = [found.isel(dict(zip(axes, k, strict=True))) for k in np.ndindex(*(found.sizes[dim] for dim in axes))]
+    known = [(at, [*_risk_parts(at), *_quantile_parts(at)]) for at in points]
+    if axes:
+        lines = shortened([f"  {', '.join(_place(at, axes))}: {'; '.join(parts) or 'unknown'}" for at, parts in known])
+    else:
+        lines = known[0][1]
+    if "first_order" in found and found["stroke"].notnull().any():
+        lines += _tornado_lines(points, axes)
     return lines
+
+
+def _risk_parts(at: xr.Dataset) -> list[str]:
+    """The risks of a point, each with its interval and its number of draws."""
+    return [
+        f"probability of {one['risk'].item()} {float(one['probability']):.3g} [{float(one['low']):.3g}, "
+        f"{float(one['high']):.3g}] of {int(one['decided'])} draws"
+        for one in (at.isel(risk=k) for k in range(at.sizes["risk"]))
+        if one["probability"].notnull()
+    ]
+
+
+def _quantile_parts(at: xr.Dataset) -> list[str]:
+    """The quantiles of the stroke at a point, each with its interval; none where it is unknown."""
+    if at["stroke"].isnull().all():
+        return []
+    unit = f" in{unit_of(at['stroke'])}" if unit_of(at["stroke"]) else ""
+    columns = (at[name].values for name in ("quantile", "stroke", "stroke_low", "stroke_high"))
+    parts = [f"{100.0 * q:.0f} % {v:.3g} [{_end(low)}, {_end(high)}]" for q, v, low, high in zip(*columns, strict=True)]
+    return [f"quantiles of the stroke{unit}: {', '.join(parts)}"]
 
 
 def _end(value: float) -> str:
@@ -269,22 +275,19 @@ def _end(value: float) -> str:
     return f"{value:.3g}" if np.isfinite(value) else "unknown"
 
 
-def _where(at: xr.Dataset, word: str, dims: Iterable[Any]) -> str:
-    where = ", ".join(_place(at, dims))
-    return f", {word} {where}" if where else ""
-
-
 def _place(at: xr.Dataset | xr.DataArray, dims: Iterable[Any]) -> list[str]:
     """Name and value of each axis of a cell."""
     return [f"{name} {measured(at[name])}" for name in dims]
 
 
-def _tornado_lines(at: xr.Dataset) -> list[str]:
-    """The Sobol indices of the parameters, the largest total one first."""
-    total = at["total_order"].sel(end="value").values
-    if not np.isfinite(total).all():
+def _tornado_lines(points: list[xr.Dataset], axes: list[Any]) -> list[str]:
+    """The Sobol indices of the parameters at the last point that has them, the largest total one first."""
+    known = [at for at in points if np.isfinite(at["total_order"].sel(end="value")).all()]
+    if not known:
         return ["Sobol indices of the stroke: none, for some draw has no stroke or all have the same one"]
-    lines = ["share of the stroke's variance by each parameter (Sobol indices: alone; with interactions):"]
+    at = known[-1]
+    total, where = at["total_order"].sel(end="value").values, f" at {', '.join(_place(at, axes))}" if axes else ""
+    lines = [f"share of the stroke's variance by each parameter{where} (Sobol indices: alone; with interactions):"]
     for k in np.argsort(-total):
         alone, all_ = (at[name].isel(parameter=int(k)).values for name in ("first_order", "total_order"))
         both = "; ".join(f"{v:.2f} [{low:.2f}, {high:.2f}]" for v, low, high in (alone, all_))
@@ -321,9 +324,21 @@ def drawn_names(shown: xr.Dataset) -> list[str]:
 def _grid_heading(shown: xr.Dataset, subject: Subject) -> list[str]:
     """The subject, axes and draws of a computation, and which cells failed."""
     axes, drawn = [dim for dim in shown["status"].dims if dim in shown.coords], drawn_names(shown)
-    lines = [*heading(subject, [*axes, *drawn]), grid_text(shown, axes), *outcome_lines(_known(shown))]
+    lines = [*heading(subject, [*axes, *drawn]), grid_text(shown, axes), *_failures(shown)]
     lines += [_draws_text(shown, drawn)] if drawn else []
     return [line for line in lines if line]
+
+
+def _failures(shown: xr.Dataset) -> list[str]:
+    """Count the runs that failed, those of draws that serve only for Sobol indices apart."""
+    from gelcone.atlas.tolerances import base_draws
+
+    own = base_draws(shown) if "draw" in shown["status"].dims else shown
+    lines = outcome_lines(_known(own))
+    if own is shown:
+        return lines
+    others = outcome_lines(_known(shown.isel(draw=slice(own.sizes["draw"], None))))
+    return lines + [f"of the draws for Sobol indices {line}" for line in others]
 
 
 def _draws_text(shown: xr.Dataset, drawn: list[str]) -> str:
