@@ -362,6 +362,9 @@ def test_draws_that_stand_for_sobol_indices_alone_are_left_out_of_spreads_and_pr
     )
     lines = after_heading(grids.sweep_words, shown, ["prestretch"])
     assert "2 draws of prestretch, and 2 for Sobol indices" in lines
+    lost = shown.assign(outcome=("draw", [0, 0, int(Outcome.PULLED_IN), 0]))
+    (line,) = [one for one in grids._grid_heading(lost, SUBJECT) if "failed" in one]
+    assert line.startswith("of the draws for Sobol indices 1 of 2 runs failed: ")
     assert lines[-1] == "stroke: 2 mm, 95 % within 2 mm"
     given = record(monkeypatch, probability_module, probability="the probability")
     monkeypatch.setattr(grids, "result_json", lambda result: {"of": result} if isinstance(result, str) else {})

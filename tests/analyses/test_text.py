@@ -102,8 +102,10 @@ def test_sections_and_extrema_say_their_ranges():
 def test_a_spectrum_lists_its_strongest_lines():
     found = gelcone.spectrum(CHAOS)
     lines = text_of(runs.spectrum_words, found, CHAOS)
-    rms, mean = numbers(line_with(lines, "rms"))
-    assert [rms, mean] == pytest.approx([float(found["rms"]), float(found["mean_displacement"])], rel=1e-4)
+    shown = numbers(line_with(lines, "rms"))
+    for name, value, error in zip(("rms", "mean_displacement"), shown[::2], shown[1::2], strict=True):
+        assert error == pytest.approx(float(found[f"{name}_standard_error"]), rel=0.05)
+        assert value == pytest.approx(float(found[name]), abs=0.1 * error)  # no digit that the error does not bear
     share, flatness = numbers(line_with(lines, "variance in lines"))
     assert share == pytest.approx(100.0 * float(found["power_in_lines"]), rel=1e-3)
     assert flatness == pytest.approx(float(found["flatness"]), rel=0.01)
@@ -112,7 +114,10 @@ def test_a_spectrum_lists_its_strongest_lines():
     for k in range(runs.PRINTED_LINES):
         own = [float(found[name][k]) for name in names]
         assert numbers(lines[head + 1 + k]) == pytest.approx(own, rel=1e-3, abs=0.06)
-    assert lines[-1] == f"  and {found.sizes['line'] - runs.PRINTED_LINES} more"
+    assert lines[-2:] == [
+        f"  and {found.sizes['line'] - runs.PRINTED_LINES} more",
+        "the motion does not repeat: numbers are of one run, those of another differ",
+    ]
 
 
 def test_a_time_response_says_its_ranges_and_where_a_film_pulls_in():
@@ -324,15 +329,19 @@ def test_a_map_names_its_extreme_exponents_and_counts_its_cells():
     assert line_with(lines, "cells computed").startswith("6 of 6 cells computed; ")
 
 
-def test_a_sweep_says_where_chaos_is_most_probable():
+def test_a_sweep_says_how_probable_chaos_is_at_each_point():
     draws = {"voltage": np.array([0.9, 1.04, 1.05])}
     plan = gelcone.Plan(BASE, {"damping_ratio": [0.01, 0.5]}, draws=draws, options={"budget": 600.0})
     found = gelcone.sweep(plan)
     chance = gelcone.probability(found)
     assert float(chance["probability"][0]) > float(chance["probability"][1])
-    line = line_with(text_of(grids.sweep_words, found, BASE), "probability of chaos")
-    own = [float(chance[name][0]) for name in ("probability", "low", "high", "decided")]
-    assert numbers(line) == pytest.approx([*own, 0.01], rel=0.01)
+    lines = [line for line in text_of(grids.sweep_words, found, BASE) if "probability of chaos" in line]
+    for k, line in enumerate(lines):
+        own = [float(chance[name][k]) for name in ("probability", "low", "high", "decided")]
+        assert line.startswith(f"  damping_ratio {found['damping_ratio'][k].item():g}: ")
+        part = line.partition("probability of chaos")[2].partition(";")[0]
+        assert numbers(part) == pytest.approx(own, rel=0.01, abs=1e-9)
+    assert len(lines) == 2
 
 
 def test_thresholds_and_counts_of_each_branch_of_a_diagram():
