@@ -14,9 +14,19 @@ def test_errors_of_batch_means_are_those_of_independent_numbers_and_grow_with_co
     blocks = rng.normal([1.0, 5.0], [0.1, 2.0], (400, 2))
     means, errors = averages.batch_means(blocks)
     np.testing.assert_allclose(means, blocks.mean(axis=0))
-    np.testing.assert_allclose(errors, np.array([0.1, 2.0]) / 20.0, rtol=0.3)
+    np.testing.assert_allclose(errors, np.array([0.1, 2.0]) / 20.0, rtol=0.4)
     alike = np.repeat(blocks, 4, axis=0)  # four times the numbers, and not more known
     np.testing.assert_allclose(averages.batch_means(alike)[1], errors, rtol=0.3)
+
+
+def test_the_error_of_a_mean_holds_a_slow_part_behind_a_fast_one():
+    rng = np.random.default_rng(1)
+    slow, fast = np.repeat(rng.normal(size=(16, 1000)), 8, axis=0), rng.normal(0.0, 3.0, (128, 1000))
+    means, errors = averages.batch_means(slow + fast)
+    assert (np.abs(means) < 3.0 * errors).mean() > 0.97
+
+
+def test_batches_that_do_not_differ_have_no_error():
     np.testing.assert_array_equal(averages.batch_means(np.ones((64, 3)))[1], 0.0)
 
 

@@ -1,7 +1,7 @@
 """Averages of a motion that does not repeat, with their standard errors.
 
 Another run of such a motion, from a start as near as you like, has other averages. Their errors are those of means over
-blocks of forcing periods (`gelcone.motion.exponents.grown_statistics`).
+blocks of forcing periods (`gelcone.motion.exponents.block_statistics`).
 """
 
 from __future__ import annotations
@@ -12,12 +12,12 @@ import numpy as np
 
 from gelcone.motion.attractor.cycle import sampled
 from gelcone.motion.electrical import MEANINGS, electrical
-from gelcone.motion.exponents import grown_statistics
+from gelcone.motion.exponents import LAST_BLOCKS, block_statistics
 from gelcone.motion.settle import Clock
 from gelcone.physics.members import Members
 from gelcone.quantity import Array
 
-BATCHES, BATCH = 64, 4
+BATCHES, BATCH = 64, 8
 """Number of blocks of an average, and forcing periods in each: a whole number of drive periods."""
 AVERAGES = ("mean", *(name for name in MEANINGS if name not in {"current", "field"}))
 """Names of the averages of a settled motion: of its displacement, and of what its source delivers."""
@@ -50,10 +50,15 @@ def averages(members: Members, states: Array, samples: int, **flow: Any) -> tupl
 
 
 def batch_means(blocks: Array) -> tuple[Array, Array]:
-    """Means of (blocks, ...) and their standard errors."""
+    """Means of (blocks, ...) and their standard errors: the largest of those by blocks joined to longer ones, of which
+    there are at least `LAST_BLOCKS`, since a slow part of a motion hides in short ones behind a fast one."""
     rows = np.moveaxis(blocks.reshape(len(blocks), -1), 0, 1)[..., None]
     one = np.ones(len(rows))
-    means, errors, _ = grown_statistics(rows, Clock(1, 1, one, one))
+    clock, length = Clock(1, 1, one, one), 2
+    means, errors = block_statistics(rows, clock, 1)
+    while len(blocks) // length >= LAST_BLOCKS:
+        errors = np.fmax(errors, block_statistics(rows, clock, length)[1])
+        length *= 2
     return means.reshape(blocks.shape[1:]), errors.reshape(blocks.shape[1:])
 
 

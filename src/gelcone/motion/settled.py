@@ -71,7 +71,7 @@ def settled(
     jumps of an ideal source's voltage), ``leak_power`` and ``dielectric_power``; the ``apparent_power`` (rms voltage
     times rms current) and the largest true ``field``; for films that creep or leak the mean ``heat`` in them over their
     volume and ``heating``, the rate at which their temperature rises while they give no heat away; the
-    ``..._standard_error`` of each average, 0 for a motion that repeats: averages of one that does not are over 256
+    ``..._standard_error`` of each average, 0 for a motion that repeats: averages of one that does not are over 512
     forcing periods, and those of another run differ by their errors, its extremes by more; ``validity_*`` as in
     `regime`; and ``outcome``, an error for a member without damping.
 
