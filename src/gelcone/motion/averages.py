@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from gelcone.motion.attractor.cycle import sampled
-from gelcone.motion.electrical import MEANINGS, electrical
+from gelcone.motion.electrical import MEANINGS, mean_deliveries
 from gelcone.motion.exponents import LAST_BLOCKS, block_statistics
 from gelcone.motion.settle import Clock
 from gelcone.physics.members import Members
@@ -36,7 +36,7 @@ def averages(members: Members, states: Array, samples: int, **flow: Any) -> tupl
     for block in blocks:
         run = sampled(members, begin, BATCH, samples, **flow)
         spacing = (run.times.shape[1] - 1) // run.path.shape[1]
-        found = electrical(members, run.times[:, spacing::spacing], run.path, begin, **flow)
+        found, _ = mean_deliveries(members, run.times[:, spacing::spacing], run.path, begin, **flow)
         block[:] = np.stack([run.path[..., 0].mean(axis=1), *(found[name] for name in AVERAGES[1:])], axis=1)
         begin = run.path[:, -1]
     rms = AVERAGES.index("apparent_power")  # the rms current is averaged as its square

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from gelcone import dataset
 from gelcone.motion.corners import Weighted, between_corners, root_mean_squares, sampled_evenly
@@ -43,11 +44,32 @@ def electrical(members: Members, times: Array, states: Array, begin: Array, **fl
 
     ``times`` (members, samples) and ``states`` (members, samples, N) are even samples over whole periods of drive and
     motion without the first, from ``begin`` (members, N) at phase 0; ``flow`` are options of the integration.
+    """
+    means, jumps = mean_deliveries(members, times, states, begin, **flow)
+    path = path_of(members, times, states, begin, _lasts(times), **flow)
+    current = largest(members, path, current_of, **flow)
+    return {
+        "current": np.where(jumps, np.inf, current),
+        **{name: mean if name == "apparent_power" else mean + 0.0 * current for name, mean in means.items()},
+        "field": largest(members, path, field_of, **flow),
+    }
+
+
+def _lasts(times: Array) -> Array:
+    """The time that even samples last, (members,)."""
+    return np.asarray((times[:, 1] - times[:, 0]) * times.shape[1])
+
+
+def mean_deliveries(
+    members: Members, times: Array, states: Array, begin: Array, **flow: Any
+) -> tuple[dict[str, Array], npt.NDArray[np.bool_]]:
+    """The averages among the numbers of `MEANINGS`, (members,) each, and the mask of members whose voltage jumps.
+    Arguments as in `electrical`.
 
     The mean power of a periodic motion equals its losses. These are integrated, which is more accurate than the mean of
     voltage times current: most of that goes back and forth, and the current may peak between two samples.
     """
-    lasts = (times[:, 1] - times[:, 0]) * times.shape[1]
+    lasts = _lasts(times)
     work = integrate(members, begin, lasts[:, None], keep="work", **flow).work
     assert work is not None
     system = members.system
@@ -63,17 +85,15 @@ def electrical(members: Members, times: Array, states: Array, begin: Array, **fl
         means["resistor"] = means["resistor"] + jumps / lasts
         lost = sum(means.values())
     path = path_of(members, times, states, begin, lasts, **flow)
-    apparent, current = apparent_power(members, path), largest(members, path, current_of, **flow)
-    heat = heat_of(system, work)[:, 0] / lasts + 0.0 * current
-    return {
-        "current": np.where(jumps > 0.0, np.inf, current),
-        "power": np.where(np.abs(lost) <= rounding, 0.0, lost) + 0.0 * current,
-        **{f"{cause}_power": mean + 0.0 * current for cause, mean in means.items()},
-        "apparent_power": np.where(jumps > 0.0, np.inf, apparent),
-        "field": largest(members, path, field_of, **flow),
+    heat = heat_of(system, work)[:, 0] / lasts
+    found = {
+        "power": np.where(np.abs(lost) <= rounding, 0.0, lost),
+        **{f"{cause}_power": mean for cause, mean in means.items()},
+        "apparent_power": np.where(jumps > 0.0, np.inf, apparent_power(members, path)),
         "heat": heat,
         "heating": heat,
     }
+    return found, jumps > 0.0
 
 
 def known_of(system: ConeSystem) -> list[str]:
