@@ -147,9 +147,17 @@ def test_numbers_of_a_row_have_the_unit_of_the_largest_or_of_one_among_which_the
 
 @pytest.mark.parametrize(
     ("value", "error", "text"),
-    [(543.3, 41.2, "540 ± 40 uW"), (543.3, 0.0, "543.3 uW"), (543.3, NAN, "543.3 uW"), (NAN, 3.0, "unknown"),
-     (1.0, 30.0, "1 ± 30 uW"), (543.3456, 1e-7, "543.3456000 ± 1e-07 uW")],
-)  # fmt: skip
+    [
+        (543.3, 41.2, "543 ± 41 uW"),
+        (5433.0, 412.0, "5430 ± 410 uW"),
+        (543.3, 412.0, "540 ± 410 uW"),
+        (1.0, 30.0, "1 ± 30 uW"),
+        (543.3456, 1e-7, "543.3456 ± 1e-07 uW"),
+        (543.3, 0.0, "543.3 uW"),
+        (543.3, NAN, "543.3 uW"),
+        (NAN, 3.0, "unknown"),
+    ],
+)
 def test_a_number_has_the_digits_that_its_error_leaves(value, error, text):
     number, its = (xr.DataArray(v, attrs={"units": "uW", "quantity": "power"}) for v in (value, error))
     assert sized_with_error(number, its, 5) == text

@@ -107,16 +107,16 @@ def sized_range(low: xr.DataArray, high: xr.DataArray, digits: int = 4) -> str:
 
 
 def sized_with_error(variable: xr.DataArray, error: xr.DataArray | None, digits: int) -> str:
-    """A single number with its error, both in the unit in which the number reads well: ``239.60093 ± 8e-06 V``. It has
-    the digits that the error leaves; without an error ``digits``."""
+    """A single number with its error, both in the unit in which the number reads well: ``239.600932 ± 8.4e-06 V``.
+    It has the digits that the error, of two digits, leaves; without an error ``digits``."""
     value, spread = float(variable), 0.0 if error is None else float(error)
     if not (math.isfinite(value) and 0.0 < spread < math.inf):
         return sized(variable, digits)
-    spread = float(f"{spread:.1g}")
-    left = 1 + _place(value) - _place(spread) if value else 1
+    spread = float(f"{spread:.2g}")
+    left = 2 + _place(value) - _place(spread) if value else 2
     measure = _measure_of(variable)
     of, unit = (1.0, "1") if measure is None else (measure.per_unit, measure.unit)
-    (text, own), symbol = in_one_unit([value / of, spread / of], unit, max(left, 1))
+    (text, own), symbol = in_one_unit([value / of, spread / of], unit, max(left, 2))
     return f"{text} ± {own}{unit_of(variable) if measure is None else f' {symbol}'}"
 
 

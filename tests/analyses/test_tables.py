@@ -28,8 +28,8 @@ def test_a_number_has_the_unit_in_which_it_reads_well(value, text):
 @pytest.mark.parametrize(
     ("value", "error", "text"),
     [
-        (0.93920432123, 2.1e-8, "0.93920432 ± 2e-08"), (-93.920432123, 2.1e-5, "-93.92043 ± 2e-05"),
-        (0.93920432123, 0.05, "0.94 ± 0.05"), (1.05, 0.09, "1.05 ± 0.09"), (0.93920432123, 2.0, "0.9 ± 2"),
+        (0.93920432123, 2.1e-8, "0.939204321 ± 2.1e-08"), (-93.920432123, 2.1e-5, "-93.920432 ± 2.1e-05"),
+        (0.93920432123, 0.05, "0.939 ± 0.05"), (1.05, 0.09, "1.05 ± 0.09"), (0.93920432123, 2.0, "0.94 ± 2"),
         (0.93920432123, 0.0, "0.9392"), (0.93920432123, NAN, "0.9392"), (0.0, 1e-8, "0 ± 1e-08"),
         (NAN, 1e-8, "unknown"), (np.inf, 1e-8, "infinite"),
     ],
@@ -43,7 +43,7 @@ def test_a_voltage_has_its_error_and_the_digits_that_this_leaves_it(value, error
 
 @pytest.mark.parametrize(
     ("value", "error", "text"),
-    [(239.60092834, 7.9867e-6, "239.600928 ± 8e-06 V"), (1239.60092834, 0.2, "1.2396 ± 0.0002 kV")],
+    [(239.60092834, 7.9867e-6, "239.6009283 ± 8e-06 V"), (1239.60092834, 0.2, "1.2396 ± 0.0002 kV")],
 )
 def test_a_voltage_and_its_error_have_one_unit(value, error, text):
     found = made({"onset_voltage": ((), value, "V"), "onset_error": ((), error, "V")})

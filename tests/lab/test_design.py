@@ -447,7 +447,8 @@ def test_designs_say_of_each_number_what_was_found(monkeypatch, wish):
     assert (result.attrs["nominal_probability"], json.loads(result.attrs["left_out"])) == (0.3, ["it burns"])
     fitted = rows[1]._replace(device=device.replace_quietly(film="tests.toys:StatedCone"))
     assert STATED.items() <= designs._labelled(own, [fitted, fitted], 4, {}).attrs.items()
-    assert "film_error" not in result.attrs
+    errors = {name: result.attrs[name] for name in ("film_error", "gain_error", "capacitance_error")}
+    assert errors == {name: float(device.to_model().own_numbers[name]) for name in errors}  # the film of the wish
     several = designs._labelled(own, [rows[1], rows[0], rows[1]], 4, {})
     assert [one.name for one in gelcone.designed_devices(several)] == [f"{own.name} 1", f"{own.name} 2"]
     assert several["design"].values.tolist() == [1, 2]

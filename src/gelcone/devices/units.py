@@ -333,6 +333,10 @@ def format_range(low: float, high: float, unit: str, digits: int = 4) -> str:
     return f"{' to '.join(dict.fromkeys(numbers))} {symbol}".rstrip()
 
 
+WRITTEN_OUT = 1e5
+"""Numbers below it are written without a power of ten."""
+
+
 def in_one_unit(values: Sequence[float], unit: str, digits: int) -> tuple[list[str], str]:
     """Texts of the numbers in the unit that leaves 1 to 1000 before the point of the largest, and that unit."""
     dimension = DIMENSIONS[unit]
@@ -344,4 +348,6 @@ def in_one_unit(values: Sequence[float], unit: str, digits: int) -> tuple[list[s
     scale, symbol = fitting[-1]
     if largest == 0.0:
         scale, symbol = 1.0, "" if unit == "1" else unit
-    return [f"{value / scale:.{digits}g}" for value in rounded], symbol
+    # of fewer digits than stand before the point, 540 is not written as 5.4e+02
+    texts = [f"{value / scale:.{digits}g}" for value in rounded]
+    return [f"{float(text):g}" if "e+" in text and abs(float(text)) < WRITTEN_OUT else text for text in texts], symbol
