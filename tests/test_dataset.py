@@ -25,6 +25,7 @@ from gelcone.dataset import (
     outcome_array,
     with_initial,
 )
+from tests.test_contracts import QUANTITIES
 from tests.toys import STATED
 
 
@@ -225,3 +226,61 @@ def test_every_long_name_stands_alone():
     assert "period in forcing periods, 0 if none" in dict(map(reversed, texts))
     leaning = r"(and|its|the same|that|of it|of that)\b|.*\bits 95 %"
     assert [(path.name, text) for path, text in texts if re.match(leaning, text)] == []
+
+
+QUANTITY_OF = {
+    ("voltage", "constant"): {"voltage"},
+    ("displacement", "stroke", "extent", "radius", "highest", "lowest"): {"length"},
+    ("amplitude",): {"length", "voltage"},
+    ("velocity",): {"velocity"},
+    ("frequency",): {"frequency"},
+    ("time",): {"time"},
+    ("period",): {"count", "time"},
+    ("energy",): {"energy"},
+    ("slope", "stiffness"): {"stiffness", "stress"},
+    ("lyapunov", "finite"): {"rate"},
+    ("real", "imag"): {"multiplier"},
+    ("stable",): {"flag"},
+    ("share", "chaotic"): {"share", "ratio"},
+    ("low", "high"): {"frequency", "share", "time"},
+    ("regime", "sign", "slack", "symmetric", "resting", "limit"): {"code", "flag", "parameter of a surface"},
+}
+"""Last words of the names of variables -> their quantities."""
+OF_PARTS = {"load", "apparent power", "parameter value", "parameter of a surface", "gain", "coefficient", "error"}
+"""Quantities of single analyses and studies."""
+
+
+def described_in_source():
+    """File, name, long name and quantity of each variable that a dict of the source describes in words."""
+    for path in sorted(Path(gelcone.__file__).parent.rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            for key, value in zip(node.keys, node.values, strict=True) if isinstance(node, ast.Dict) else ():
+                *_, last = value.elts if isinstance(value, ast.Tuple) and len(value.elts) in (3, 4) else (None,)
+                parts = last.args if isinstance(last, ast.Call) else value.elts[-2:] if last is not None else ()
+                if all(isinstance(part, ast.Constant) for part in getattr(value, "elts", ())):
+                    continue  # names in files
+                texts = [part.value for part in (key, *parts) if isinstance(part, ast.Constant)]
+                if len(texts) == 3 and all(isinstance(text, str) for text in texts) and " " in texts[1]:
+                    yield path.name, *texts
+
+
+def test_a_variable_has_a_known_quantity_that_fits_its_name():
+    found = list(described_in_source())
+    assert len(found) > 300
+    assert {quantity for _, _, _, quantity in found} - QUANTITIES - OF_PARTS == set()
+    fits = {word: quantities for words, quantities in QUANTITY_OF.items() for word in words}
+    ends = [(row, fits.get(row[1].rpartition("_")[2])) for row in found]
+    assert [row for row, quantities in ends if quantities and row[3] not in quantities] == []
+
+
+def test_a_long_name_speaks_of_what_the_name_speaks_of():
+    """An end of an interval says which, an extreme says whether it is the largest, and a sort of number which."""
+    words = {
+        "low": "lower|lowest|above",
+        "high": "upper|highest|largest|below",
+        **{word: word for word in ("velocity", "lowest", "highest", "share", "energy", "phase", "radius")},
+        "voltage": "voltage|drive",
+    }
+    ends = [(row, words.get(row[1].rpartition("_")[2], "")) for row in described_in_source()]
+    assert [row for row, word in ends if not re.search(word, row[2])] == []
+    assert [row for row, _ in ends if row[2] != " ".join(row[2].split()) or row[2].endswith((".", ","))] == []

@@ -66,7 +66,18 @@ def found(name, **studies):
 def checked(name, studies):
     """What the check of a claim finds, with all that the report says of every claim."""
     finding = CLAIMS[name].check(studies)
-    assert finding.unseen
+    meanings = [one.meaning for one in (*finding.numbers, *finding.slack)]
+    assert len(set(meanings)) == len(meanings)
+    for text in (*meanings, finding.neighbourhood, *finding.details, *finding.details.values(), *finding.parts):
+        assert text == " ".join(text.split())
+        assert not text.endswith((".", ","))
+    for text in (CLAIMS[name].statement, finding.why, *([finding.unseen] if finding.decidable else [])):
+        assert text == " ".join(text.split())
+        assert text[:1].isupper()
+        assert text.endswith(".")
+    for one in finding.numbers:
+        assert one.low is None or one.high is None or np.isnan(one.value) or one.low <= one.value <= one.high
+    assert all(part.why for part in finding.parts.values())
     assert isinstance(finding.numbers, tuple)
     assert bool(finding.neighbourhood) == (finding.share is not None)  # a share says of which parameters it is
     return finding

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from gelcone.codes import Regime
-from gelcone.paper.claims import CLAIMS
 from gelcone.paper.effort import FULL, QUICK
 from gelcone.paper.verdicts import Verdict, judge
 from gelcone.presets import find_preset
+from tests.paper.made_up import checked
 from tests.paper.worlds import LEFT, World, studies_in, verdict_in
 
 RUNS = pytest.mark.parametrize("effort", [QUICK, FULL], ids=["quick", "full"])
@@ -116,7 +116,7 @@ def with_window(studies):
 @pytest.mark.parametrize(("claim", "verdict", "world"), TABLE, ids=[f"{k}-{row[0]}" for k, row in enumerate(TABLE)])
 def test_each_world_gives_its_verdict(claim, verdict, world, effort):
     studies = with_window(studies_in(world, claim, effort))
-    assert judge(CLAIMS[claim].check(studies)) is verdict
+    assert judge(checked(claim, studies)) is verdict
 
 
 CLAIMS_IN_WORLDS = sorted({claim for claim, *_ in TABLE})
@@ -152,7 +152,7 @@ def test_noise_does_not_pass(claim, share):
     effort = replace(QUICK, samples=64)
     for seed in range(4):
         studies = with_window(studies_in(noise(seed, share), claim, effort))
-        assert judge(CLAIMS[claim].check(studies)) not in passing
+        assert judge(checked(claim, studies)) not in passing
 
 
 CLAIMS_WITH_ONE_NUMBER = {"voltage-amplitude": Verdict.TRANSIENT}

@@ -19,7 +19,7 @@ from gelcone.paper.studies.diagrams import PANELS, values_of
 from gelcone.paper.studies.triples import TRIPLES
 from gelcone.paper.verdicts import judge
 from gelcone.presets import find_preset
-from tests.paper.made_up import CHAOTIC, PERIODIC, cells, diagram
+from tests.paper.made_up import CHAOTIC, PERIODIC, cells, checked, diagram
 
 LEFT = int(Regime.LEFT_THE_DOMAIN)
 
@@ -146,4 +146,4 @@ def studies_in(world, claim, effort) -> dict[str, xr.Dataset]:
 
 
 def verdict_in(world, claim, effort):
-    return judge(CLAIMS[claim].check(studies_in(world, claim, effort)))
+    return judge(checked(claim, studies_in(world, claim, effort)))

@@ -9,13 +9,13 @@ import xarray as xr
 
 from gelcone.continuum.path import Ending
 from gelcone.errors import MissingDependency
-from gelcone.paper.claims import CLAIMS
 from gelcone.paper.claims.agreement import _why, agreement, shares_in_tension, survives, threshold_table
 from gelcone.paper.effort import QUICK
 from gelcone.paper.studies import STUDIES, continuum
 from gelcone.paper.studies.continuum import MISSING
 from gelcone.paper.verdicts import Verdict, judge
 from gelcone.presets import find_preset
+from tests.paper.made_up import checked
 from tests.paper.test_unwrinkled import film_like_the_cone
 
 
@@ -217,7 +217,7 @@ def test_a_study_without_finite_elements_says_so(monkeypatch):
     monkeypatch.setattr(continuum, "_film", missing)
     studies = {name: STUDIES[name].compute(QUICK, lambda share: None) for name in ("continuum", "corrected")}
     assert [study.attrs[MISSING] for study in studies.values()] == ["no elements"] * 2
-    found = CLAIMS["fem-agreement"].check(studies)
+    found = checked("fem-agreement", studies)
     assert judge(found) is Verdict.UNDECIDABLE
     assert "no elements" in found.why
 
@@ -227,7 +227,7 @@ def test_the_studies_and_what_they_find():
     pytest.importorskip("skfem")
     small = dataclasses.replace(QUICK)
     studies = {name: STUDIES[name].compute(small, lambda share: None) for name in ("continuum", "corrected")}
-    found = CLAIMS["fem-agreement"].check(studies)
+    found = checked("fem-agreement", studies)
     assert judge(found) is Verdict.NOT_REPRODUCED
     assert 0.15 < found.numbers[0].value < 0.25
     names = json.loads(studies["corrected"].attrs["threshold_names"])

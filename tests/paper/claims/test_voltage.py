@@ -4,13 +4,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from gelcone.paper.claims import CLAIMS
 from gelcone.paper.claims.voltage import _at
 from gelcone.paper.effort import FULL, QUICK
 from gelcone.paper.numbers import Number
 from gelcone.paper.truths import Share
 from gelcone.paper.verdicts import Verdict, judge
-from tests.paper.made_up import found, triple, verdict
+from tests.paper.made_up import checked, found, triple, verdict
 from tests.paper.worlds import World, studies_in
 
 
@@ -23,7 +22,7 @@ def test_numbers_of_the_threshold(effort):
         return (n["voltage"] >= 1.2) & ~((n["voltage"] > 1.5) & (n["voltage"] < 1.7)) & near
 
     studies = studies_in(World(chaos), "voltage-threshold", effort)
-    finding = CLAIMS["voltage-threshold"].check(studies)
+    finding = checked("voltage-threshold", studies)
     first = finding.numbers[0]
     assert first.meaning == "smallest voltage at which chaos was seen"
     assert first.low < 1.2 <= first.value == first.high
@@ -34,15 +33,13 @@ def test_numbers_of_the_threshold(effort):
     assert finding.share.value == 0.0  # nine of ten voltages are not chaotic in any set
     assert number(finding, "pitchfork").value == pytest.approx(0.9**0.5)
     assert [one.value for one in finding.slack] == [0.0]
-    none = CLAIMS["voltage-threshold"].check(
-        studies_in(World(lambda n: n["voltage"] > 9.0), "voltage-threshold", effort)
-    )
+    none = checked("voltage-threshold", studies_in(World(lambda n: n["voltage"] > 9.0), "voltage-threshold", effort))
     assert len(none.numbers) == len(finding.numbers) - 2
 
 
 def test_voltages_above_the_threshold_are_chaotic_and_those_below_are_not():
-    finding = CLAIMS["voltage-threshold"].check(
-        studies_in(World(lambda n: n["voltage"] >= 1.04), "voltage-threshold", QUICK)
+    finding = checked(
+        "voltage-threshold", studies_in(World(lambda n: n["voltage"] >= 1.04), "voltage-threshold", QUICK)
     )
     assert [number(finding, part).value for part in ("1.04 to 2 with a positive", "below 1.04", "set fast")] == [
         1.0
@@ -103,11 +100,11 @@ def reach(base, spread=0.0, extent=6.0, window=4.0):
     ],
 )
 def test_about_six_is_what_rounds_to_six(expected, changed):
-    assert judge(CLAIMS["voltage-amplitude"].check(reach(**changed))) is expected
+    assert judge(checked("voltage-amplitude", reach(**changed))) is expected
 
 
 def test_the_amplitude_is_that_of_chaos_with_the_error_of_nearby_starts():
-    finding = CLAIMS["voltage-amplitude"].check(reach(4.0, spread=0.25))
+    finding = checked("voltage-amplitude", reach(4.0, spread=0.25))
     assert (finding.numbers[0].value, finding.numbers[0].error) == pytest.approx((4.0, 0.25))
     assert finding.share.value == 1.0
     assert finding.numbers[1].value == 4.0
