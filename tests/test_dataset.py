@@ -243,7 +243,7 @@ QUANTITY_OF = {
     ("stable",): {"flag"},
     ("share", "chaotic"): {"share", "ratio"},
     ("low", "high"): {"frequency", "share", "time"},
-    ("regime", "sign", "slack", "symmetric", "resting", "limit"): {"code", "flag", "parameter of a surface"},
+    ("regime", "sign", "slack", "symmetric", "resting", "limit"): {"code", "flag", "share", "parameter of a surface"},
 }
 """Last words of the names of variables -> their quantities."""
 OF_PARTS = {"load", "apparent power", "parameter value", "parameter of a surface", "gain", "coefficient", "error"}
@@ -259,7 +259,8 @@ def described_in_source():
                 parts = last.args if isinstance(last, ast.Call) else value.elts[-2:] if last is not None else ()
                 if all(isinstance(part, ast.Constant) for part in getattr(value, "elts", ())):
                     continue  # names in files
-                texts = [part.value for part in (key, *parts) if isinstance(part, ast.Constant)]
+                name = key.values[-1] if isinstance(key, ast.JoinedStr) else key
+                texts = [part.value for part in (name, *parts) if isinstance(part, ast.Constant)]
                 if len(texts) == 3 and all(isinstance(text, str) for text in texts) and " " in texts[1]:
                     yield path.name, *texts
 

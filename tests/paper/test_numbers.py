@@ -21,6 +21,8 @@ from gelcone.paper.numbers import Number
         (Number("n", 1.0, error=5.1e-5), "1.000000 ± 0.000051"),
         (Number("n", -1.0, low=-1.00002, high=-0.99998), "-1"),
         (Number("n", 2e-8, error=1e-8, unit="V"), "2e-08 ± 1e-08 V"),
+        (Number("n", 2e-5, error=1.5e-6), "0.0000200 ± 0.0000015"),
+        (Number("n", 2e-6, error=1.5e-7), "2e-06 ± 1.5e-07"),
         (Number("n", 1.0, low=0.95), "1"),
         (Number("n", 1.0, error=0.3, low=0.9, high=1.1), "1.00 ± 0.30"),
         (Number("n", 1.0, error=np.inf, unit="mm"), "1 mm (error unknown)"),

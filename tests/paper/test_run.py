@@ -485,11 +485,14 @@ def test_a_figure_is_current_when_both_its_pictures_are_younger_than_its_data(tm
     )
     for path in (drawn.png, drawn.svg, *drawn.data):
         path.touch()
-    for png, svg, data, current in ((2, 2, 1, True), (1, 3, 2, False), (3, 1, 2, False), (1, 1, 2, False)):
+    for png, svg, data, current in ((1, 3, 2, False), (3, 1, 2, False), (1, 1, 2, False), (2, 2, 1, True)):
         for path, at in ((drawn.png, png), (drawn.svg, svg), (drawn.data[0], data)):
             os.utime(path, (at, at))
         assert run_module._is_current(drawn, {"swing": None}) is current
     assert not run_module._is_current(drawn, {})
+    younger = tmp_path / "static.nc"
+    younger.touch()  # long after the pictures
+    assert not run_module._is_current(dataclasses.replace(drawn, data=(*drawn.data, younger)), {"swing": None})
 
 
 def test_a_claim_is_judged_with_another_film_once_all_its_studies_are_there():

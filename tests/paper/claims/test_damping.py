@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from gelcone.paper.effort import FULL, QUICK
+from gelcone.paper.studies.diagrams import PANELS
 from gelcone.paper.verdicts import Verdict
+from gelcone.presets import find_preset
 from tests.paper.made_up import checked, diagram, found, number, verdict
 from tests.paper.worlds import World, studies_in
 
@@ -84,3 +86,10 @@ def test_no_voltage_above_one_with_chaos_is_without_chaos():
     studies = studies_in(World(lambda n: np.abs(n["voltage"] - 1.0) < 0.2), NAME, QUICK)
     largest = number(checked(NAME, studies), "largest drive voltage")
     assert 0.5 < largest.value <= 0.8 <= largest.high < 1.0
+
+
+def test_at_the_voltage_of_the_figure_rest_is_stable_as_the_reason_says():
+    model = find_preset("base").model
+    stable = PANELS["base", "damping_ratio"] < float(np.sqrt(model.stiffness(0.0)))
+    finding = checked(NAME, studies_in(World(lambda n: n["voltage"] > 1.0), NAME, QUICK))
+    assert (" rest is stable and " in finding.why, "below the loss of stability" in finding.unseen) == (stable, stable)
