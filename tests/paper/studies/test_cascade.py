@@ -70,14 +70,15 @@ def test_the_first_cascade_is_that_of_the_lowest_stable_doubling_of_period_one_t
         return [2.0, 2.2, 2.25, 2.26] if first == 2 else [1.0, 2.0]
 
     monkeypatch.setattr(module, "_chain", chain)
-    found = cascade("model", FOLLOWED)
+    followed = FOLLOWED.assign(born=("branch", [-1, 3, 1]))
+    found = cascade("model", followed)
     assert asked == [4, 2]
     ends = [b + (b - a) / 3.66920160910299 for a, b in ((2.0, 2.2), (2.2, 2.25), (2.25, 2.26))]
     np.testing.assert_array_equal(found["doubling"][1], [2.0, 2.2, 2.25, 2.26])
     assert found["cascade_end"][1] == pytest.approx(ends[2])
     assert found["cascade_end_error"][1] == pytest.approx(ends[1] - ends[2])
-    assert found["cascade_born"][1] == 0.5
-    assert found["cascade_born"][2]["born"] == event_label(FOLLOWED["event_kind"][0])
+    assert found["cascade_born"][1] == 0.4  # where branch 1 of that doubling leaves another; branch 0 begins at 0.5
+    assert found["cascade_born"][2]["born"] == event_label(followed["event_kind"][3])
 
 
 @pytest.mark.parametrize(("count", "there"), [(2, False), (3, True)])
