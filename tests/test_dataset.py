@@ -3,6 +3,7 @@
 import ast
 import json
 import re
+from collections import Counter
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -251,7 +252,7 @@ OF_PARTS = {"load", "apparent power", "parameter value", "parameter of a surface
 
 
 def described_in_source():
-    """File, name, long name and quantity of each variable that a dict of the source describes in words."""
+    """Place of the dict, name, long name and quantity of each variable that a dict of the source describes in words."""
     for path in sorted(Path(gelcone.__file__).parent.rglob("*.py")):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             for key, value in zip(node.keys, node.values, strict=True) if isinstance(node, ast.Dict) else ():
@@ -262,13 +263,14 @@ def described_in_source():
                 name = key.values[-1] if isinstance(key, ast.JoinedStr) else key
                 texts = [part.value for part in (name, *parts) if isinstance(part, ast.Constant)]
                 if len(texts) == 3 and all(isinstance(text, str) for text in texts) and " " in texts[1]:
-                    yield path.name, *texts
+                    yield f"{path.parent.parent.name}/{path.name}:{node.lineno}", *texts
 
 
 def test_a_variable_has_a_known_quantity_that_fits_its_name():
     found = list(described_in_source())
     assert len(found) > 300
     assert {quantity for _, _, _, quantity in found} - QUANTITIES - OF_PARTS == set()
+    assert {row[3] for row in found if row[2].startswith("number of ")} == {"count"}
     fits = {word: quantities for words, quantities in QUANTITY_OF.items() for word in words}
     ends = [(row, fits.get(row[1].rpartition("_")[2])) for row in found]
     assert [row for row, quantities in ends if quantities and row[3] not in quantities] == []
@@ -281,7 +283,16 @@ def test_a_long_name_speaks_of_what_the_name_speaks_of():
         "high": "upper|highest|largest|below",
         **{word: word for word in ("velocity", "lowest", "highest", "share", "energy", "phase", "radius")},
         "voltage": "voltage|drive",
+        "regime": "^(?!.*from the start)",
     }
+    times = {"late_": "from the start", "window_": "long run", "early_": "long run"}
     ends = [(row, words.get(row[1].rpartition("_")[2], "")) for row in described_in_source()]
     assert [row for row, word in ends if not re.search(word, row[2])] == []
+    assert [row for row, _ in ends if row[2].endswith(times.get(row[1].partition("_")[0] + "_", "."))] == []
     assert [row for row, _ in ends if row[2] != " ".join(row[2].split()) or row[2].endswith((".", ","))] == []
+
+
+def test_two_variables_of_one_study_of_the_paper_are_not_described_alike():
+    counted = Counter((place, said) for place, _, said, _ in described_in_source() if place.startswith("paper/"))
+    assert len(counted) > 30
+    assert [said for said, count in counted.items() if count > 1] == []

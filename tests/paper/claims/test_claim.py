@@ -72,6 +72,44 @@ def test_the_numbers_of_a_statement_are_those_that_the_studies_compute(name):
     assert numbers_in(CLAIMS[name].statement) == IN_STATEMENTS.get(name, ())
 
 
+SAID = {
+    "static-bistable": ("highest of three", "three times", "+, -, +"),
+    "fem-agreement": ("agrees closely", "finite elements", "all three voltages"),
+    "linear-limit": ("Without damping and voltage", "infinity", "linear oscillator"),
+    "damping-never-chaotic": ("no motion is chaotic", "slightly positive only towards zero"),
+    "damping-order": ("Small damping gives slow decay", "large damping an overdamped return"),
+    "limit-threshold": ("Chaos for stretch limits below", "stable motion above"),
+    "limit-large-same": ("Large", "indistinguishable"),
+    "limit-tiny-negative": ("goes to zero", "largest exponent is locally negative"),
+    "energy-steepening": ("steepen as the stretch limit falls", "rises sharply near the limit"),
+    "voltage-threshold": ("at most zero below", "positive from there on"),
+    "voltage-amplitude": ("In the chaotic range", "reaches about"),
+    "voltage-spectra": (
+        "low voltage one line",
+        "excitation frequency",
+        "splits at the threshold",
+        "above",
+        "broadband",
+    ),
+    "practical-voltage": ("nearly constant", "orders of magnitude below any threshold"),
+    "prestretch-order": ("small pre-stretch gives chaos", "moderate one a small limit cycle", "larger one decays"),
+    "spring-frequency": ("Raising the spring stiffness", "moves the resonance up"),
+    "spring-amplitude": ("peak amplitude falls monotonically", "is not affected"),
+    "spring-no-jump": ("no jump or hysteresis", "whole range of drive frequency"),
+    "map-high-voltage": ("At high voltage", "predominantly positive whatever the pre-stretch"),
+    "map-low-prestretch": ("At small pre-stretch", "chaotic already at moderate voltage"),
+    "map-safe-prestretch": ("Above some pre-stretch", "periodic over the whole range of voltage"),
+    "stable-pocket": ("narrow pocket of negative exponents", "surrounded"),
+}
+"""What each check judges: the words of a statement without which it would be another."""
+
+
+def test_a_statement_says_what_its_check_judges():
+    assert list(SAID) == list(CLAIMS)
+    for name, words in SAID.items():
+        assert [word for word in words if word not in CLAIMS[name].statement] == [], name
+
+
 def ends_of(study, parameter):
     return tuple(SAMPLES[study][0].drawn[parameter])
 

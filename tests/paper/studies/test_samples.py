@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from gelcone.codes import Regime
 from gelcone.motion.attractor.classification import Evidence
 from gelcone.paper.claims import CLAIMS
 from gelcone.paper.effort import QUICK
@@ -162,3 +163,10 @@ def test_a_set_has_the_kinds_of_motion_at_the_pre_stretches_of_their_figure(monk
     assert asked["options"] == {"patience": 77.0, "budget": samples.SIGN_BUDGET}
     np.testing.assert_array_equal(found["prestretch_kind"], [[0, 1, 2], [3, 4, 5]])
     assert found.attrs == {"voltage": [1.2, 1.3]}
+
+
+def test_voltages_whose_runs_all_end_leave_open_whether_damping_ratios_are_without_chaos():
+    (own,) = SAMPLES["other-voltages-damping"]
+    for kind, answered in ((Regime.PERIODIC, True), (Regime.CHAOTIC, True), (Regime.LEFT_THE_DOMAIN, False)):
+        points = xr.Dataset({"regime": (("point", "damping_ratio"), np.full((64, 8), int(kind)))})
+        assert own.answered(points) is answered
