@@ -284,6 +284,7 @@ def test_a_long_name_speaks_of_what_the_name_speaks_of():
         **{word: word for word in ("velocity", "lowest", "highest", "share", "energy", "phase", "radius")},
         "voltage": "voltage|drive",
         "regime": "^(?!.*from the start)",
+        "beyond": "beyond",
     }
     times = {"late_": "from the start", "window_": "long run", "early_": "long run"}
     ends = [(row, words.get(row[1].rpartition("_")[2], "")) for row in described_in_source()]

@@ -55,6 +55,7 @@ def test_unstable_orbits_reach_to_their_stable_neighbours_and_no_further():
     axes = Figure().add_subplot()
     _branches(study, axes)
     np.testing.assert_allclose(data_of(axes.lines[0]), [[0.2, 0.3, 0.4, 0.5], [2.0, 3.0, 4.0, 5.0]])
+    assert axes.lines[0].get_linestyle() == "--"
 
 
 def test_highest_points_stand_over_the_stiffness_with_half_the_natural_frequency():
