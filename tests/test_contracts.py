@@ -74,13 +74,16 @@ def documentation(name, known=()):
 
 
 def undocumented(name, found):
-    """The variables of a result that its docstring does not name; of a family it names the beginning."""
+    """The variables of a result that its docstring does not name; of a family it names the beginning, and of the errors
+    of averages the end."""
     words = set(re.findall(r"\w+", documentation(name))) | {
         state.name for state in gelcone.model_of(found).system.states
     }
     families = ("validity_", "film_state_", "second_", "motion_validity_", "motion_film_state_", "static_", "driven_")
     families += ("proportional_",)
     left = [str(own) for own in found.data_vars if own not in words and not str(own).startswith(families)]
+    if "_standard_error" in words:
+        left = [own for own in left if own.removesuffix("_standard_error") not in {*words} - {own}]
     return [own for own in left if own not in LIMITS]
 
 
