@@ -43,15 +43,16 @@ RELAXING = MODEL.replace(viscous_modulus_1=0.5, relaxation_time_1=2.0)
 
 
 @pytest.mark.parametrize(
-    ("module", "part", "run"),
+    ("module", "part", "most", "run"),
     [
-        ("response", "delivered", lambda progress: simulate(MODEL, periods=2, progress=progress)),
-        ("settled", "linear_response", lambda progress: gelcone.settled(MODEL, progress=progress)),
-        ("step", "stroke_and_blocked_force", lambda progress: gelcone.step(MODEL, [0.3], progress=progress)),
-        ("creep", "validity_of_run", lambda progress: gelcone.creep(RELAXING, [0.3], progress=progress)),
+        ("response", "delivered", 0.7, lambda progress: simulate(MODEL, periods=2, progress=progress)),
+        ("settled", "linear_response", 0.7, lambda progress: gelcone.settled(MODEL, progress=progress)),
+        ("step", "stroke_and_blocked_force", 0.7, lambda progress: gelcone.step(MODEL, [0.3], progress=progress)),
+        # the starts of the curve before it take two thirds of the time of a membrane behind a resistance
+        ("creep", "validity_of_run", 0.85, lambda progress: gelcone.creep(RELAXING, [0.3], progress=progress)),
     ],
 )
-def test_a_bar_is_not_full_before_the_last_long_part_begins(monkeypatch, module, part, run):
+def test_a_bar_is_not_full_before_the_last_long_part_begins(monkeypatch, module, part, most, run):
     module, shares, before = importlib.import_module(f"gelcone.motion.{module}"), [], []
     work = getattr(module, part)
 
@@ -61,7 +62,7 @@ def test_a_bar_is_not_full_before_the_last_long_part_begins(monkeypatch, module,
 
     monkeypatch.setattr(module, part, watched)
     run(shares.append)
-    assert 0.3 < before[-1] <= 0.7 + 1e-12
+    assert 0.3 < before[-1] <= most + 1e-12
     assert sum(shares) == pytest.approx(1.0)
 
 

@@ -426,7 +426,7 @@ LISTS = {
     ),
     "gaps": (
         'kind = "blocked force"\nfile = "gap.csv"\nvoltage = "0 V"\nnoise = "1 mN"',
-        "column 'F' has cells without numbers; complete or leave out their rows",
+        "line 3: column 'F' has an empty cell; complete it, or leave the row out",
     ),
 }
 

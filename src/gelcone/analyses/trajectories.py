@@ -79,6 +79,8 @@ def _reach(member: xr.Dataset) -> list[str]:
 def _with_turns(member: xr.Dataset) -> xr.DataArray:
     """The displacements of a run at its samples, and where it turns between two: on the cubic through displacement and
     velocity at both."""
+    import xarray as xr
+
     x = member["displacement"]
     place, time, speed = (member[name].values for name in ("displacement", "time", "velocity"))
     (first,) = np.nonzero(speed[:-1] * speed[1:] < 0.0)
@@ -89,7 +91,7 @@ def _with_turns(member: xr.Dataset) -> xr.DataArray:
     # of the two roots of the slope the one between the samples, without cancellation
     share = start / (-second + np.sign(start) * np.sqrt(second**2 - 3.0 * third * start))
     turns = place[first] + share * (start + share * (second + share * third))
-    return x.__class__(np.append(place, turns), attrs=x.attrs)
+    return xr.DataArray(np.append(place, turns), attrs=x.attrs)
 
 
 def _member_lines(shown: xr.Dataset) -> list[str]:
