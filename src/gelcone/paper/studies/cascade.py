@@ -76,7 +76,7 @@ def _chain(model: ConeModel, followed: xr.Dataset, first: int) -> list[float]:
     while at.size:
         found.append(float(values[at[0]]))
         born = int(own["event_born_branch"][at[0]])
-        at = np.flatnonzero(doubles & (own["event_branch"].values == born) & (born >= 0))
+        at = np.flatnonzero(doubles & (own["event_branch"].values == born))
         at = at[np.argsort(own["event_point"].values[at])]
     return found
 
