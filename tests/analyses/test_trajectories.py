@@ -291,6 +291,12 @@ def test_what_an_amplifier_delivers_and_loses():
     assert trajectories._source_lines(found, Subject(MODEL)) == []
     assert trajectories._source_lines(found.expand_dims("member"), behind) == []
     assert trajectories._source_lines(found[["outcome", *list(found)[1:7]]], behind) == lines[:1]
+    second = {f"second_{name}": (2.0 * found[name]).assign_attrs(found[name].attrs) for name in list(found)[1:6]}
+    assert trajectories._source_lines(found.assign(second), behind) == [
+        "first film's amplifier: up to 1.5 mA, 4.5 uC, 2.5 V/ms; rms in the second half 800 V, 0.25 mA",
+        "second film's amplifier: up to 3 mA, 9 uC, 5 V/ms; rms in the second half 1600 V, 0.5 mA, 200 mVA of both",
+        *lines[1:],
+    ]
 
 
 def test_sections_turning_points_and_spectra():

@@ -120,16 +120,16 @@ def _source_lines(shown: xr.Dataset, subject: Subject) -> list[str]:
     if shown["outcome"].ndim or subject.model.system.circuit.name == "ideal":
         jumps = not shown["outcome"].ndim and np.isinf(shown["peak_current"])
         return [_JUMPS] if jumps else []
-    peaks, rms = (
-        ", ".join(sized(shown[name], 4) for name in names)
-        for names in (
-            ("peak_current", "peak_charge", "peak_slew_rate"),
-            ("rms_voltage", "rms_current", "apparent_power"),
-        )
-    )
     lost = [name for name in ("damper", "film", "resistor", "leak", "dielectric") if f"{name}_dissipation" in shown]
     split = ", ".join(f"{name} {sized(shown[f'{name}_dissipation'].isel(time=-1), 4)}" for name in lost)
-    found = [f"amplifier: up to {peaks}; rms in the second half {rms}"]
+    found, both = [], PREFIX + "peak_current" in shown
+    for prefix, name_of in (("", "first film's amplifier"), (PREFIX, "second film's amplifier"))[: 1 + both]:
+        peaks, rms = (
+            ", ".join(sized(shown[prefix + name], 4) for name in names)
+            for names in (("peak_current", "peak_charge", "peak_slew_rate"), ("rms_voltage", "rms_current"))
+        )
+        found.append(f"{name_of if both else 'amplifier'}: up to {peaks}; rms in the second half {rms}")
+    found[-1] += f", {sized(shown['apparent_power'], 4)}" + (" of both" if both else "")
     limits = [str(name) for name in shown.data_vars if str(name).endswith("_limited")]
     found += [f"  {name.replace('_', ' ')} for {100.0 * float(shown[name]):.3g} % of the time" for name in limits]
     return [*found, f"  supplied {sized(shown['supplied_energy'].isel(time=-1), 4)}, lost: {split}"] if lost else found

@@ -18,6 +18,7 @@ from gelcone.physics.structure import Line
 from gelcone.quantity import Array
 
 JUMPS = "the voltage jumps"
+APPARENT = "apparent power, rms voltage times rms current of the sources"
 LIMITED = {"slew_rate": ("slew_limited", "slew rate"), "current_limit": ("current_limited", "current limit")}
 """Limit of an amplifier -> name of the share of time at it, and words for it."""
 NO_CURRENT = 1e-14
@@ -29,19 +30,21 @@ def delivered(members: Members, times: Array, states: Array, lost: Array) -> dic
 
     These are root mean squares over the second half, computed between the corners of the voltage if it has some; peaks
     over the whole motion, also between samples; and the shares of the time at the limits of the amplifier. The names of
-    a second film's source begin with ``second_``. Currents are infinite where the voltage jumps, so that energy is
-    ``lost`` (members, samples).
+    a second film's source begin with ``second_``; the apparent power is the sum over the sources. Currents are infinite
+    where the voltage jumps, so that energy is ``lost`` (members, samples).
     """
     jumped = lost[:, -1] > 0.0
     half = halfway(times)
     late = lost[:, -1] > lost[:, half]
     ran, whole = ~np.isnan(states[..., 0]), np.isfinite(states[:, -1, 0])
     found, halves = dict[str, Variable](), _between_corners(members, times, states, half)
+    apparent, sources = np.zeros(len(times)), len(members.system.lines)
     sampled = sampled_evenly(times[:, 1:], states[:, 1:], states[:, 0], times[:, 0], times[:, -1])
     with np.errstate(all="ignore"):
         closer = root_mean_squares(members, halves[1]) if halves else []
     for place, line in enumerate(members.system.lines):
-        of, sizes = "the second film's source" if line.prefix else "the source", partial(_sizes, line)
+        of = "the source" if sources == 1 else f"the {'second' if line.prefix else 'first'} film's source"
+        sizes = partial(_sizes, line)
         with np.errstate(all="ignore"):
             known = np.where(ran, _of_source(line, members, times, states), np.nan)
             highest, rms = np.fmax.reduce(np.abs(known[1:]), axis=-1), _root_mean_squares(times, known[[0, 2]])
@@ -61,18 +64,14 @@ def delivered(members: Members, times: Array, states: Array, lost: Array) -> dic
                 f"root mean square current of {of} in the second half",
                 absent("current", infinite=JUMPS),
             ),
-            "apparent_power": (
-                rms[0] * rms[1],
-                f"root mean square voltage times current of {of}",
-                absent("apparent power", infinite=JUMPS),
-            ),
             "peak_charge": (charge, f"largest charge of {of}", absent("charge")),
             "peak_current": (current, f"largest current of {of}", absent("current", infinite=JUMPS)),
             "peak_slew_rate": (rate, f"fastest change of {of}", absent("slew rate", infinite=JUMPS)),
         }
         found |= {line.prefix + name: ((), *variable) for name, variable in own.items()}
         found |= _limited(members, line, times, states)
-    return found
+        apparent = apparent + rms[0] * rms[1]
+    return found | {"apparent_power": ((), apparent, APPARENT, absent("apparent power", infinite=JUMPS))}
 
 
 def halfway(times: Array) -> int:

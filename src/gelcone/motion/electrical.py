@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from gelcone import dataset
 from gelcone.motion.corners import Weighted, between_corners, root_mean_squares, sampled_evenly
-from gelcone.motion.delivery import JUMPS, lost_in_jumps
+from gelcone.motion.delivery import APPARENT, JUMPS, lost_in_jumps
 from gelcone.motion.flow import integrate
 from gelcone.motion.jumps import jumping
 from gelcone.motion.peaks import largest
@@ -29,10 +29,7 @@ MEANINGS: Mapping[str, tuple[str, dataset.Of]] = {
     "resistor_power": ("mean power dissipated in the circuit's resistance, or where a voltage jumps", "power"),
     "leak_power": ("mean power dissipated by leakage through the film", "power"),
     "dielectric_power": ("mean power dissipated by a permittivity that follows late", "power"),
-    "apparent_power": (
-        "apparent power, rms voltage times rms current of the sources",
-        dataset.absent("apparent power", infinite=JUMPS),
-    ),
+    "apparent_power": (APPARENT, dataset.absent("apparent power", infinite=JUMPS)),
     "field": ("largest true field in a film", "field"),
     **HEAT,
 }

@@ -99,12 +99,12 @@ def simulate(
     ``validity_error`` the error of these; NaN for breakdown at an unknown strength. ``validity_pulled_in`` is 1 for a
     run that ended with a pull-in.
 
-    ``rms_voltage``, ``rms_current`` and their product ``apparent_power`` are those of the source in the second half
-    of the run, ``peak_current``, ``peak_charge`` and ``peak_slew_rate`` its largest ones, which an amplifier must
-    deliver (currents are infinite if the voltage of an ideal source jumps); ``slew_limited`` and ``current_limited``
-    are the shares of the time at the limits of a limited source. For films that creep or leak ``heat`` is the mean
-    heat in them over their volume in the second half, and ``heating`` the rate at which their temperature then rises
-    while they give no heat away.
+    ``rms_voltage`` and ``rms_current`` are those of the source in the second half of the run, ``apparent_power`` is
+    their product, summed over the sources, ``peak_current``, ``peak_charge`` and ``peak_slew_rate`` its largest ones,
+    which an amplifier must deliver (currents are infinite if the voltage of an ideal source jumps); ``slew_limited``
+    and ``current_limited`` are the shares of the time at the limits of a limited source. For films that creep or leak
+    ``heat`` is the mean heat in them over their volume in the second half, and ``heating`` the rate at which their
+    temperature then rises while they give no heat away.
 
     In a double cone energies, powers and flags are those of both films together; voltage, current, stretches,
     stresses and field of the second film have the prefix ``second_``.
