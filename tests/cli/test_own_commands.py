@@ -316,7 +316,7 @@ def test_the_methods_and_seeds_of_draws_reach_the_draw(monkeypatch):
 
 @pytest.mark.parametrize("way", [("--samples", "draws.nc"), ("--uncertain", "damping_ratio=0.1:0.2")])
 def test_a_data_sheet_of_draws_is_run_as_was_typed(way, command_line, calls, monkeypatch):
-    drawn = ("--count", "8", "--seed", "3", "--over", "voltage=0.1,0.2")
+    drawn = (*(("--count", "8", "--seed", "3") if way[0] == "--uncertain" else ()), "--over", "voltage=0.1,0.2")
     calls.instead_of(monkeypatch, command, "_run_draws")
     monkeypatch.setattr(command, "read_samples", lambda path, texts, subject: (path, texts))
     monkeypatch.setattr(command, "read_draws", lambda texts, subject, **how: (texts, how))
@@ -326,6 +326,15 @@ def test_a_data_sheet_of_draws_is_run_as_was_typed(way, command_line, calls, mon
     assert found["draws"] == ((Path("draws.nc"), ()) if way[0] == "--samples" else ((way[1],), how))
     assert found["given"] == {"over": ("voltage=0.1,0.2",)}
     assert (found["out"], found["how"]["force"], found["how"]["as_json"]) == (None, False, False)
+
+
+@pytest.mark.parametrize("how", [("--count", "64"), ("--method", "sobol"), ("--seed", "0")])
+@pytest.mark.parametrize("way", [("--samples", "draws.nc"), ("--uncertain", "draws.csv")])
+@pytest.mark.parametrize("form", [SWEEP, ("datasheet",)])
+def test_how_draws_are_made_is_not_asked_of_a_file_that_holds_them(form, way, how, command_line):
+    code, _, err = command_line(*form, *way, *how)
+    assert code == 2
+    assert err.strip() == f"Error: {how[0]}: says how draws are made, and {way[1]} holds them; leave it out"
 
 
 def test_the_samples_of_a_sweep_are_read_with_what_else_is_uncertain(command_line, monkeypatch):

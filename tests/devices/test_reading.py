@@ -58,6 +58,21 @@ def test_the_same_numbers_in_every_dress(quirk, tmp_path):
     np.testing.assert_allclose(test.stress, [0.0, 5e3, 9e3, 12.5e3])
 
 
+@pytest.mark.parametrize("mark", [";", "\t", ","])
+def test_a_first_line_that_names_the_separator_is_left_out(mark, tmp_path):
+    """As Excel reads and writes it; a header of one name with a comma in it is then no two names."""
+    path = tmp_path / "test.csv"
+    path.write_text(f"sep={mark}\r\ntime (s){mark}force (mN)\r\n0{mark}1\r\n1{mark}2\r\n", newline="")
+    table = read_table(path)
+    assert [(column.unit, list(column.values)) for column in table.columns.values()] == [("s", [0, 1]), ("mN", [1, 2])]
+    assert list(table.lines) == [3, 4]
+    path.write_text("sep=;\nforce, mean\n1,5\n2,5\n")
+    assert list(read_table(path).columns["force, mean"].values) == [1.5, 2.5]
+    path.write_text(f"sep={mark}\n")
+    with pytest.raises(InputError, match="is empty"):
+        read_table(path)
+
+
 @pytest.mark.parametrize("mark", [";", "\t"])
 def test_a_header_with_commas_in_its_names_is_split_where_cells_are(mark, tmp_path):
     text = PLAIN.replace("stretch,stress", "stretch, true,stress").replace(",", mark).replace(f"{mark} true", ", true")

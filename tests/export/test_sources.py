@@ -264,13 +264,18 @@ def test_the_example_commands_the_drive_of_the_device_with_its_offset():
     assert "-300.0 + 400.0 * sin(turn * 9.0 * (" in example(Exported(own, "pump", False, 1e-7))
 
 
-@pytest.mark.parametrize("text", ["a */ b", "a /* b", "a \\", "a ??/", "a \n b", "a \u2028 b"])
+@pytest.mark.parametrize(
+    "text", ["a */ b", "a /* b", "a **// b", "a */* b", "*", "/", "a \\", "a ??/", "a \n b", "a \u2028 b"]
+)
 def test_no_text_ends_the_comment_in_which_it_stands(text):
     """Nor joins its line with the next."""
     found = in_comment(text)
     assert len(found.splitlines()) == 1
-    assert not set("*/\\?") & set(found)
-    assert in_comment("Gel, 6:1 (PVC) - ä") == "Gel, 6:1 (PVC) - ä"
+    assert not set("\\?") & set(found)
+    assert "/*" not in found
+    assert "*/" not in f"/* {found} */"[2:-2]
+    for meant in ("Gel, 6:1 (PVC) - ä", "E_b sinh(E/E_b)", "2*pi"):
+        assert in_comment(meant) == meant
 
 
 def test_pieces_that_change_with_what_stays_free_are_refused(pair):

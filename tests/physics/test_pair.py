@@ -73,9 +73,9 @@ def test_two_equal_films_move_as_one_with_half_the_spring():
     for name in ("lowest", "highest", "mean", "stroke", "field"):
         assert float(two[name]) == pytest.approx(float(one[name]), rel=1e-9), name
     np.testing.assert_allclose(two["harmonic_amplitude"], one["harmonic_amplitude"], rtol=1e-6, atol=1e-12)
-    # the source gives twice the energy a period, whose length is the same over sqrt(2)
-    assert float(two["power"]) == pytest.approx(2.0 * math.sqrt(2.0) * float(one["power"]), rel=1e-6)
-    assert float(two["current"]) == pytest.approx(math.sqrt(2.0) * float(one["current"]), rel=1e-6)
+    # the source gives twice the charge and the energy a period, whose length is the same over sqrt(2)
+    for name in ("power", "current"):
+        assert float(two[name]) == pytest.approx(2.0 * math.sqrt(2.0) * float(one[name]), rel=1e-6), name
 
 
 @pytest.mark.parametrize("apart", [0.0, 0.5])
@@ -356,3 +356,24 @@ def test_equilibria_on_known_curves_are_not_solved_for_again(monkeypatch):
     curves = balance.curves(2.0 * math.sqrt(balance.pitchfork()))
     assert len(curves) == 2
     assert len(solved) < 4
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_a_pair_pulls_in_where_the_field_of_a_film_does_and_its_mirror_image_there_too(mirrored):
+    """The films' heights are h and d - h; the end of the curve is that of the film, not the last step before it."""
+    own = {"meridional_prestretch": 1.412251, "hoop_prestretch": 1.413574}
+    other = {"meridional_prestretch": 1.281896, "hoop_prestretch": 1.178611}
+    first, second, height, gravity = (other, own, 6.69841, 8.185) if mirrored else (own, other, 4.16449, -8.185)
+    device = gelcone.find_device("double-cone").replace(
+        film="wrinkling", second_film="wrinkling", second_drive="same", second_flat_height="10.8629 mm",
+        initial_height=f"{height} mm", spring_rate="8.16946 N/m", gravity=f"{gravity} m/s^2",
+        **first, **{f"second_{name}": value for name, value in second.items()},
+    )  # fmt: skip
+    limits = gelcone.limits(device)
+    assert float(limits["pull_in_voltage"]) == pytest.approx(2754.2028, abs=1e-3)  # a ramp of 2.4 V/s: 2754.20 V
+    model = device.to_model()
+    (balance,) = balances_of(model.members())
+    end = balance.legs(rest_of(balance, None))[-1]
+    assert end.end is PullIn.FILM
+    assert not balance._pulled_in(end.x[-1], end.voltage[-1] ** 2)
+    assert balance._pulled_in(end.x[-1], (end.voltage[-1] * (1.0 + 1e-7)) ** 2)

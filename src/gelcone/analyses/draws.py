@@ -31,14 +31,19 @@ def read_draws(
 
     Raises `InputError` for a text that is neither a distribution nor a table, or a table among others.
     """
-    tables = [text for text in texts if text.endswith(TABLES) and "=" not in text]
-    if not tables:
+    table = table_among(texts)
+    if table is None:
         spread = read_uncertain(texts, subject)
         wanted = indices and len(spread) > 1 and count >= 4 and not count & (count - 1)
         return draw(spread, count, method=method, seed=seed, indices=wanted) if spread else {}
     if len(texts) > 1:
-        raise InputError(f"--uncertain {tables[0]}: a table holds all uncertain parameters; give it alone")
-    return _of_table(Path(tables[0]), subject)
+        raise InputError(f"--uncertain {table}: a table holds all uncertain parameters; give it alone")
+    return _of_table(Path(table), subject)
+
+
+def table_among(texts: Sequence[str]) -> str | None:
+    """The first text of ``--uncertain`` that names a table of draws."""
+    return next((text for text in texts if text.endswith(TABLES) and "=" not in text), None)
 
 
 def read_samples(path: Path, uncertain: Sequence[str], subject: Subject) -> dict[str, Array]:

@@ -11,9 +11,8 @@ import click
 
 from gelcone.analyses.answer import check_folder
 from gelcone.analyses.ask import answers_of, arguments_of, drawn_answers
-from gelcone.analyses.draws import drawn_options, read_draws, read_samples
+from gelcone.analyses.draws import drawn_options, read_draws, read_samples, table_among
 from gelcone.cli.options import (
-    HOW_DRAWN,
     drive_parameters,
     help_of,
     option_parameters,
@@ -22,6 +21,7 @@ from gelcone.cli.options import (
     samples_parameter,
     subject_of,
     subject_parameters,
+    take_how_drawn,
 )
 from gelcone.cli.output import deliver, progress_bar
 from gelcone.devices.analysis import check_one, device_words, plain
@@ -81,7 +81,7 @@ def run(
     if analysis.arguments:
         typed |= _in_places(analysis, typed.pop("words"))
     subject, samples, uncertain = subject_of(typed), typed.pop("samples", None), typed.pop("uncertain", ())
-    how = {name: typed.pop(name) for name in HOW_DRAWN if name in typed}
+    how = take_how_drawn(typed, samples or table_among(uncertain))
     given = {name: value for name, value in typed.items() if value is not None}
     if uncertain or samples is not None:
         draws = (

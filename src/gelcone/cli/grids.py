@@ -12,7 +12,7 @@ from click.core import ParameterSource
 
 from gelcone.analyses.answer import check_folder
 from gelcone.analyses.ask import answer_to, answers_of, read_options
-from gelcone.analyses.draws import read_draws, read_samples
+from gelcone.analyses.draws import read_draws, read_samples, table_among
 from gelcone.analyses.lab import lab_answer
 from gelcone.analyses.request import Subject
 from gelcone.analyses.swept import example
@@ -22,7 +22,6 @@ from gelcone.atlas.record import show, stored_sweep
 from gelcone.atlas.sweep import check_sweepable, sweep
 from gelcone.cli.lists import print_device
 from gelcone.cli.options import (
-    HOW_DRAWN,
     OUTPUT,
     PLACE,
     help_of,
@@ -32,6 +31,7 @@ from gelcone.cli.options import (
     samples_parameter,
     subject_of,
     subject_parameters,
+    take_how_drawn,
     uncertain_parameters,
 )
 from gelcone.cli.output import deliver, say, tally_shown
@@ -213,7 +213,7 @@ def run_sweep(
         subject = subject_of(typed)
         check_one(subject.model, "sweep")
         found = find_analysis(analysis.replace("-", "_"))
-        drawn = {name: typed.pop(name) for name in HOW_DRAWN}
+        drawn = take_how_drawn(typed, samples or table_among(uncertain))
         if samples is not None:
             draws = read_samples(samples, uncertain, subject)
         else:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import click
+from click.core import ParameterSource
 
 from gelcone.analyses.request import Subject, read_subject
 from gelcone.errors import InputError
@@ -115,6 +116,18 @@ def samples_parameter() -> click.Parameter:
 
 
 HOW_DRAWN = ("count", "method", "seed")
+
+
+def take_how_drawn(typed: dict[str, Any], file: Path | str | None) -> dict[str, Any]:
+    """Take --count, --method and --seed from what was typed; `InputError` if one is given and a ``file`` holds the
+    draws."""
+    how = {name: typed.pop(name) for name in HOW_DRAWN if name in typed}
+    given = [
+        name for name in how if click.get_current_context().get_parameter_source(name) is ParameterSource.COMMANDLINE
+    ]
+    if file is not None and given:
+        raise InputError(f"--{given[0]}: says how draws are made, and {file} holds them; leave it out")
+    return how
 
 
 def uncertain_parameters() -> list[click.Parameter]:

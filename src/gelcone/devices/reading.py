@@ -164,7 +164,7 @@ def read_table(path: Path) -> Table:
 
     Semicolons, tabs, commas and spaces separate; decimals have points or commas; a unit stands in the heading, as in
     ``stress (kPa)``, ``stress [kPa]``, ``stress / kPa`` or ``stress/kPa``, or in a second row; lines that begin with #
-    or % are left out. UTF-8, UTF-16 and Latin-1 are read.
+    or % are left out, and so is a first line ``sep=;``, which names the separator. UTF-8, UTF-16 and Latin-1 are read.
 
     Raises
     ------
@@ -242,13 +242,15 @@ def _rows(file: str, text: str, notes: list[str]) -> tuple[list[list[str]], list
             numbers.append(number)
         if len(lines) > MOST_ROWS + 2:
             raise InputError(f"{file}: has more than {MOST_ROWS} rows; give at most that, thinned out")
+    declared = re.fullmatch(r"sep=([;\t,])\s*", lines[0]) if lines else None  # as Excel reads and writes it
+    lines, numbers = (lines[1:], numbers[1:]) if declared else (lines, numbers)
     if not lines:
         raise InputError(f"{file}: is empty; {REMEDY}")
     if len(lines[0]) > LONGEST_HEADER:
         raise InputError(
             f"{file}, line {numbers[0]}: is a header of {len(lines[0])} letters; give at most {LONGEST_HEADER}"
         )
-    separator = _separator(lines[0])
+    separator = declared[1] if declared else _separator(lines[0])
     if separator == " ":
         # spaces before and within brackets belong to the unit of a heading, those around a slash to neither
         first = re.sub(r"\s+(?=[\[(/])|(?<=/)\s+", "", lines[0])

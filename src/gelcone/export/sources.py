@@ -292,8 +292,9 @@ def _named(text: str, name: str) -> str:
 
 
 def in_comment(text: str) -> str:
-    """A text without characters that could end a comment."""
-    return "".join(c if c.isprintable() and c not in "*/\\?" else " " for c in text)
+    """A text without line breaks, and without characters that could end a comment or join its line with the next."""
+    printable = "".join(c if c.isprintable() and c not in "\\?" else " " for c in text)
+    return re.sub(r"\*(?=/)|/(?=\*)", " ", printable)
 
 
 def _enum(exported: Exported) -> str:

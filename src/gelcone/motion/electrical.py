@@ -22,7 +22,7 @@ from gelcone.quantity import Array
 SMALLEST_POWER = 1e-9
 """Share of the power that goes back and forth below which a mean power is rounding."""
 MEANINGS: Mapping[str, tuple[str, dataset.Of]] = {
-    "current": ("largest current into a film", dataset.absent("current", infinite=JUMPS)),
+    "current": ("largest current of a source", dataset.absent("current", infinite=JUMPS)),
     "power": ("mean power that the source gives", "power"),
     "damper_power": ("mean power dissipated by the damping of the disc, or taken by a load that acts as one", "power"),
     "film_power": ("mean power dissipated in the film", "power"),
@@ -119,8 +119,8 @@ def apparent_power(members: Members, path: Weighted) -> Array:
 
 
 def current_of(members: Members, times: Array, states: Array) -> Array:
-    """The largest current into a film at ``times`` (members, samples) and ``states`` (members, samples, N)."""
-    return np.asarray(np.abs(members.along(members.system.currents, times, states)).max(axis=0))
+    """The largest current of a source at ``times`` (members, samples) and ``states`` (members, samples, N)."""
+    return np.asarray(np.abs(members.along(members.system.source_currents, times, states)).max(axis=0))
 
 
 def field_of(members: Members, times: Array, states: Array) -> Array:

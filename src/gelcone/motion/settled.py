@@ -66,7 +66,7 @@ def settled(
     ``harmonic``, multiples of the drive frequency, ``harmonic_amplitude`` and ``harmonic_phase`` in degrees ahead of
     sin(harmonic omega t), for the voltage sin(omega t), NaN for a harmonic that vanishes; ``linear_stroke`` by linear
     theory with all harmonics of the drive (NaN without an equilibrium, and for more than some 700,000 harmonics); the
-    largest ``current`` into a film (infinite if the voltage jumps); the mean ``power`` of the source, and if there are
+    largest ``current`` of a source (infinite if the voltage jumps); the mean ``power`` of the source, and if there are
     losses besides those of the damper its parts ``damper_power``, ``film_power``, ``resistor_power`` (with the loss at
     jumps of an ideal source's voltage), ``leak_power`` and ``dielectric_power``; the ``apparent_power`` (rms voltage
     times rms current) and the largest true ``field``; for films that creep or leak the mean ``heat`` in them over their

@@ -192,7 +192,11 @@ class PairBalance(StaticBalance):
             if found is not None:
                 turned = self._tangent(*found, tangent)
                 bend = turned[0] * tangent[0] + turned[1] * tangent[1]
-            if found is None or (bend < LEAST_COSINE and step > KINK):
+            if (
+                found is None
+                or (bend < LEAST_COSINE and step > KINK)
+                or (found[1] >= 0.0 and self._pulled_in(found[0], found[1] ** 2))
+            ):
                 step *= 0.5
                 if step < SHORTEST_STEP:
                     return Curve(np.array(xs), np.array(volts), PullIn.FILM)
@@ -202,8 +206,6 @@ class PairBalance(StaticBalance):
                 share = (bound - voltage) / (found[1] - voltage) if found[1] != voltage else 0.0
                 (last,) = self._settle(np.array([x + share * (found[0] - x)]), np.array([bound]))
                 return Curve(np.array([*xs, last]), np.array([*volts, bound]), PullIn.NEVER)
-            if self._pulled_in(found[0], found[1] ** 2):
-                return Curve(np.array(xs), np.array(volts), PullIn.FILM)
             x, voltage, tangent = *found, turned
             if not self.lowest < x < self.highest:
                 halfway = volts[int(np.argmin(np.abs(np.abs(xs) - 0.5 * abs(x))))]

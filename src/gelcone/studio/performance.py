@@ -69,7 +69,7 @@ def motion(members: Members, run: Trajectories, regime: Regime, turns: int) -> d
 
 
 def of_source(members: Members, run: Trajectories) -> dict[str, float]:
-    """The peak ``current`` into a film and the mean ``power`` of the source, along a run as in `motion`.
+    """The peak ``current`` of a source and the mean ``power`` of the source, along a run as in `motion`.
 
     Left out where a film's charge is unknown.
     """
