@@ -163,7 +163,7 @@ def other_sign(draw: Draw) -> Twin:
 
 def seen_from(height: float) -> Callable[[Any], Any]:
     """An answer with heights from the plane at a ``height``, downwards, and the phases of its displacements."""
-    places = ("displacement", "mean", "begin", "end", "equilibrium", "rest_displacement")
+    places = ("displacement", "mean", "begin", "end", "equilibrium", "rest_displacement", "final_displacement")
 
     def turned(found: Any) -> Any:
         new = {name: height - found[name] for name in places if name in found}
@@ -203,7 +203,7 @@ def exchanged(draw: Draw) -> Twin:
         swap |= {name: own[f"second_{name}"], f"second_{name}": own[name]}
     wave, starts, same = Harmonics(((1, 1.0, 0.0),)), ((0.5, 0.1), (height - 0.5, -0.1)), own["second_drive"] == "same"
     swap |= {"waveform": wave if same else Harmonics(((1, -1.0, 0.0),))}
-    of_films = ("second", "stretch", "viscous", "stress", "field", "film_state", "slack", "current", "pull_in_")
+    of_films = ("second", "stretch", "viscous", "stress", "field", "film_state", "slack", "current", "pull_in_film")
     of_drives = () if same else ("voltage", "charge", "slew", "apparent", "limited")
     return Twin(
         ConeModel(**own, waveform=wave), ConeModel(**own | swap), ALL if same else MOTION, starts,

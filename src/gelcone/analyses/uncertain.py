@@ -39,7 +39,10 @@ def read_uncertain(texts: Iterable[str], subject: Subject) -> dict[str, Distribu
             )
         _check_name(option, name, subject, name)
         one, other = _two(option, values, parts, name, device)
-        spread[name] = Normal(one, other) if sign == "~" else Uniform(one, other)
+        try:
+            spread[name] = Normal(one, other) if sign == "~" else Uniform(one, other)
+        except InputError as error:
+            raise InputError(f"{option}={values}: {error}") from None
     return spread
 
 

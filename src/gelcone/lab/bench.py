@@ -142,10 +142,10 @@ class Variants:
             changed = {"moving_mass": np.full(len(factors), float(device.moving_mass))}
         self.device = device.replace_quietly(changed | {"waveform": "sine"})
         members = self.device.to_model().members()
-        if any(film.drive == "opposite" for film in members.system.films) or members.system.circuit.name == "charge":
-            raise InputError(
-                "fit: takes a source of voltage, the same on both films; leave circuit and second_film out"
-            )
+        if members.system.circuit.name == "charge":
+            raise InputError("fit: takes a source of voltage, and circuit is 'charge'; leave it out")
+        if any(film.drive == "opposite" for film in members.system.films):
+            raise InputError("fit: takes no films in opposite phase, and second_drive is 'opposite'; leave it out")
         self.members: Members = members
         self.gains = {name: gains.get(name, np.ones(len(factors)))[:, None] for name in INSTRUMENTS}
         self.damping = np.broadcast_to(members.values["damping_ratio"], members.shape)[:, None]
