@@ -203,7 +203,8 @@ def exchanged(draw: Draw) -> Twin:
         swap |= {name: own[f"second_{name}"], f"second_{name}": own[name]}
     wave, starts, same = Harmonics(((1, 1.0, 0.0),)), ((0.5, 0.1), (height - 0.5, -0.1)), own["second_drive"] == "same"
     swap |= {"waveform": wave if same else Harmonics(((1, -1.0, 0.0),))}
-    of_films = ("second", "stretch", "viscous", "stress", "field", "film_state", "slack", "current", "pull_in_film")
+    of_films = ("second", "stretch", "viscous", "stress", "field", "film_state", "slack", "current")
+    of_films += ("pull_in_film", "pull_in_displacement", "pull_in_time")
     of_drives = () if same else ("voltage", "charge", "slew", "apparent", "limited")
     return Twin(
         ConeModel(**own, waveform=wave), ConeModel(**own | swap), ALL if same else MOTION, starts,

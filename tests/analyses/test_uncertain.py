@@ -42,7 +42,7 @@ def test_uncertain_parameters_are_read():
         "voltage_offset=0~3%": "--uncertain voltage_offset = '3%': is a share of 0; give the deviation with a unit",
         "voltage=1~0.1": "did you mean 'voltage_amplitude'",
         "frequency=8:9 Hz": "8 has no unit, but the others do",
-        "spring_rate=20 N/m:10 N/m": "--uncertain spring_rate=20 N/m:10 N/m: 20:10: a uniform distribution goes from a lower",
+        "spring_rate=20 N/m:10 N/m": "--uncertain spring_rate=20 N/m:10 N/m: 20:10: a uniform distribution goes",
     }.items():
         with pytest.raises(InputError, match=message):
             read_uncertain([text], device)
