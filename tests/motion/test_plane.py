@@ -7,6 +7,7 @@ import pytest
 
 from gelcone.codes import Regime
 from gelcone.errors import InputError
+from gelcone.motion import envelope
 from gelcone.motion import plane as module
 from gelcone.motion.electrical import charge_of, field_of
 from gelcone.motion.plane import DRIVEN_LIMITS, DriveShape
@@ -209,10 +210,10 @@ def test_a_run_fails_where_either_film_does_and_pulls_in_by_the_curve_of_the_pla
     films = [{name: np.array(values) for name, values in film.items()} for film in (first, second)]
     record(monkeypatch, module, violations=lambda members, states, voltages: [dict(film) for film in films])
     members = SimpleNamespace(
-        size=2, system=SimpleNamespace(film=SimpleNamespace(kinds=())),
+        size=2, system=SimpleNamespace(films=[SimpleNamespace(kinds=())] * 2),
         voltages=lambda times, states: [np.array([[1.0, 2.0, 1.0], [1.0, 1.0, 1.0]]), np.full((2, 3), 9.0)],
     )  # fmt: skip
-    run = SimpleNamespace(times=None, states=np.zeros((2, 3, 2)) + 0.5)
+    run = SimpleNamespace(times=None, states=np.zeros((2, 3, 2)) + 0.5, film_times=np.zeros((2, 2, 1)))
     membrane = SimpleNamespace(voltage=lambda x: 1.0 + x)
     found = plane_of(membrane=membrane)._fails(members, run)
     assert found["hoop_slack"].tolist() == [1.0, 1.0]
@@ -270,3 +271,24 @@ def test_yields_are_means_over_the_run_and_the_largest_of_either_film(monkeypatc
     np.testing.assert_array_equal(jumped["begin"], states[:, 0])
     np.testing.assert_array_equal(jumped["spans"], lasts)
     assert (jumped["tolerance"], jumped["threads"]) == (2e-9, 5)
+
+
+def test_a_film_that_falls_slack_bounds_a_double_cone_in_either_place():
+    """A double cone and its mirror image, whose second film wrinkles: its slack meridians count as those of the
+    first."""
+    height, wrinkling = 0.0828, {"hoop_prestretch": 1.525, "meridional_prestretch": 1.0027}
+    taut = {"hoop_prestretch": 1.369, "meridional_prestretch": 1.103}
+    rest = {True: -0.3142, False: height + 0.3142}
+    flags = []
+    for taut_first in (True, False):
+        first, second = (taut, wrinkling) if taut_first else (wrinkling, taut)
+        films = ("taut", "wrinkling") if taut_first else ("wrinkling", "taut")
+        model = ConeModel(
+            film=films[0], second_film=films[1], second_drive="same", second_flat_height=height, drive_frequency=2.136,
+            damping_ratio=0.495, spring_stiffness=1.311, rest_height=rest[taut_first], voltage=0.276,
+            voltage_bias=-0.17, **first, **{f"second_{name}": value for name, value in second.items()},
+        )  # fmt: skip
+        plane = envelope.plane_of(model, 1)
+        found = plane.examine(np.full(3, 2.136), np.array([0.75, 0.83, 0.95]))
+        flags.append(found["meridional slack"].tolist())
+    assert flags == [[0.0, 1.0, 1.0]] * 2

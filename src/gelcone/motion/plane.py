@@ -303,14 +303,15 @@ class Plane:
 
     def _fails(self, members: Members, run: Trajectories) -> dict[str, Array]:
         """Flags (members,) by name of the assumptions that runs break at any time; NaN where that is unknown."""
-        voltages, film = members.voltages(run.times, run.states), members.system.film
+        voltages = members.voltages(run.times, run.states)
         found = {name: np.full(members.size, np.nan) for name in _FAILINGS}
         with np.errstate(all="ignore"):  # of a motion that leaves the domain
             for own in self.violations(members, run.states, voltages):
                 for name, excess in own.items():
                     found[name] = np.fmax(found[name], _ever(excess))
-        if film.kinds:  # wrinkles bound the use of a film, too
-            found |= {name: run.film_times[:, 0, places].sum(axis=1) for name, places in slack_places(film).items()}
+        for times, film in zip(np.moveaxis(run.film_times, 1, 0), members.system.films, strict=True):
+            for name, places in slack_places(film).items() if film.kinds else ():  # wrinkles bound its use, too
+                found[name] = np.fmax(found[name], times[:, places].sum(axis=1))
         return found
 
 
