@@ -271,3 +271,17 @@ def test_an_orbit_is_outside_of_the_stretch_limit_where_either_side_of_it_is():
         for sign in (1.0, -1.0):
             nodes[1, 0] = sign * farthest
             assert shooting.inside(nodes, (0.5,)) is inside
+
+
+def test_an_orbit_of_a_double_cone_is_outside_of_the_stretch_limit_of_either_film():
+    """The second film is flat at the height 0.3: seen from there it reaches as far as the first from 0."""
+    pair = {"film": "taut", "second_film": "taut", "second_flat_height": 0.3, "second_drive": "same"}
+    members = ConeModel(voltage=0.5, rest_height=0.15, **pair).members()
+    shooting = shooting_of(members, Kind(1))
+    first, second = (float(film.film.reach(members.numbers_at(0))[1]) for film in members.system.films)
+    assert first == second
+    nodes = np.tile([0.1, 0.0], (shooting.count, 1))
+    for end, side in ((first, 1.0), (0.3 - first, -1.0)):
+        for by, inside in ((-1e-3, True), (1e-3, False)):
+            nodes[1, 0] = end + side * by
+            assert shooting.inside(nodes, (0.5,)) is inside

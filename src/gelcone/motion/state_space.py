@@ -131,8 +131,8 @@ def state_space(
     inputs : of ``"voltage"``, commanded, ``"force"`` on the disc, away from the film's plane, and where the film has
         the commanded voltage ``"voltage_rate"``, the rate of the voltage, on which the current depends.
     outputs : of ``"displacement"``, ``"velocity"``, ``"film_voltage"``, ``"charge"``, ``"capacitance"``, ``"leak"``
-        and, behind a circuit that keeps the charge from jumping or with the input ``"voltage_rate"``, ``"current"``, all
-        of the first film; ``"source_charge"`` and ``"source_leak"``, of all films of its source.
+        and, behind a circuit that keeps the charge from jumping or with the input ``"voltage_rate"``, ``"current"``,
+        all of the first film; ``"source_charge"`` and ``"source_leak"``, of all films of its source.
 
     Returns
     -------
