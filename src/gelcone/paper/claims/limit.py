@@ -67,8 +67,9 @@ def limit_threshold(studies: Studies) -> Finding:
             calm.number(f"share of stretch limits above {LIMIT_THRESHOLD * ABOUT:g} with regular motion"),
         ),
         why="A low stretch limit stiffens the film within reach of the motion; how low it must be follows the voltage. "
-        f"Needed: chaos at {NEARLY_ALL:.0%} of the stretch limits below about 1.5 (a fifth less), and regular motion "
-        f"at {NEARLY_ALL:.0%} of those above it (a fifth more).",
+        f"Needed: chaos at {NEARLY_ALL:.0%} of the stretch limits below {LIMIT_THRESHOLD / ABOUT:g}, and regular "
+        f"motion at {NEARLY_ALL:.0%} of those above {LIMIT_THRESHOLD * ABOUT:g}; about {LIMIT_THRESHOLD:g} is any "
+        "limit between them.",
         slack=slack_of(studies["limit"], "stretch_limit"),
         unseen="The largest stretch limit at which chaos was seen, over the voltage.",
         details={

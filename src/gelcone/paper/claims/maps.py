@@ -90,9 +90,9 @@ def map_low_prestretch(studies: Studies) -> Finding:
             equibiaxial.number("the same up to 0.8, equi-biaxial"),
         ),
         why="Needed: chaos at one or more of ten even voltages below 1.04, the threshold of the film without "
-        "pre-stretch, at more than half of the pre-stretches up to 0.8 and not of those from 1.2 on. A pre-stretch "
-        "below 1 is a slack film that buckles out of plane, so that the motion has two sides to choose from without "
-        "any voltage.",
+        "pre-stretch, at more than half of the pre-stretches up to 0.8 and not of those from 1.2 on. Below "
+        "0.73 the compressed film buckles out of plane, so that the motion has two sides to choose from without any "
+        "voltage.",
         slack=slack_of(studies["prestretch"], "prestretch"),
         unseen="Below 1 the film is compressed when flat, and the membrane model does not hold.",
     )

@@ -141,8 +141,8 @@ def voltage_amplitude(studies: Studies) -> Finding:
         "bound is the stretch limit: at J = 50 the film ends at x = 7.1, and a motion that only the limit stops is not "
         "about 6.",
         slack=slack_of(studies["voltage"], "voltage"),
-        unseen="An amplitude of 6 is six film widths out of plane; the film is near its stretch limit and the hoop "
-        "slack.",
+        unseen="An amplitude of 6 is six film widths out of plane; the strain is 70% of the stretch limit and the "
+        "hoop slack.",
     )
 
 
