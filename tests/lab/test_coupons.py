@@ -301,3 +301,13 @@ def test_a_rate_or_temperature_of_a_test_is_the_middle_one_of_its_rows(read):
     (test,) = read(table).coupons
     np.testing.assert_allclose(test.time, (STRETCH - 1.0) / 0.2)
     assert test.temperature == 300.5
+
+
+@pytest.mark.parametrize(("row", "stretch"), [(3, "0.0"), (4, "-0.25"), (2, "60.0")])
+def test_a_stretch_that_is_none_is_named_with_its_line(row, stretch, tmp_path):
+    rows = [f"{1.0 + 0.25 * k},{10.0 * k}" for k in range(8)]
+    rows[row] = f"{stretch},5.0"
+    path = tmp_path / "coupon.csv"
+    path.write_text("\n".join(["stretch,stress (kPa)", *rows]) + "\n", encoding="utf-8")
+    with pytest.raises(InputError, match=rf"line {row + 2}: stretch {float(stretch):.4g}: must be over 0 and at most"):
+        read_tests(path)

@@ -10,6 +10,7 @@ from gelcone.errors import DoubtfulInput, InputError
 from gelcone.lab import device as module
 from gelcone.lab.bench import DeviceTest
 from gelcone.lab.device import WIDE, read_free
+from gelcone.lab.device_fit import NoStateError
 from gelcone.lab.device_tests import DeviceTests
 from tests.lab.made_up_fit import COVARIANCE, FREE, POWERS, PUMP, by_powers, made_up_problem
 from tests.toys import STATED
@@ -139,3 +140,15 @@ def test_a_structure_of_the_loss_has_a_damper_a_branch_or_both():
     own, free = module._with_loss(creeping, {**FREE, "damping_coefficient": 0.3}, "both")
     assert (own.material.viscous_modulus_1, own.damping_coefficient) == (500.0, PUMP.damping_coefficient)
     assert free == {**FREE, "damping_coefficient": 0.3, **branch}
+
+
+def test_structures_that_all_have_no_state_are_refused_with_the_reason_of_the_first(monkeypatch):
+    def lost(problem):
+        raise NoStateError(f"no state of {problem}")
+
+    monkeypatch.setattr(module, "fit_problem", lost)
+    with pytest.raises(InputError, match=r"^no state of a cone$"):
+        module._fitted({"taut film": "a cone", "membrane film": "a membrane"})
+    monkeypatch.setattr(module, "fit_problem", lambda problem: lost(problem) if problem == "a cone" else problem)
+    found = module._fitted({"taut film": "a cone", "membrane film": "a membrane"})
+    assert found == ({"membrane film": "a membrane"}, {"taut film": "no state of a cone"})

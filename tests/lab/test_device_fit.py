@@ -16,6 +16,7 @@ from gelcone.lab.device_fit import (
     _peaks,
     _simple,
     _with_all_gains,
+    _without_state,
     fit_problem,
     left_out,
     next_experiments,
@@ -280,6 +281,24 @@ def test_a_voltage_beyond_every_pull_in_is_refused():
         match=r"of 10 measured voltages lie above the pull-in of every device within the priors \(highest 1,7\d\d V\)",
     ):
         fit_problem(Problem(own.device, {"spring_rate": 0.03}, (high,), own.gains), np.zeros(3))
+
+
+def test_the_rows_above_pull_in_are_counted_for_each_reading(monkeypatch):
+    """In phase and in quadrature: of three rows the last lies above, and only the readings that were lost count."""
+    lost = np.array([False, True, True, False, False, True])
+    own, drive = problem(TAUT, "taut"), {"voltage_amplitude": np.array([100.0, 900.0, 2100.0])}
+    rows = drive | {"voltage_offset": np.zeros(3), "frequency": np.ones(3)}
+    read = {"in_phase": np.zeros(3), "quadrature": np.zeros(3)}
+    swinging = DeviceTest("a", "frequency response", rows, read, read)
+    pull_in = {"pull_in_voltage": np.array([1000.0, 2000.0])}
+    monkeypatch.setattr("gelcone.lab.device_fit.pull_in_voltage", lambda device: pull_in)
+    said = _without_state(Problem(own.device, {"spring_rate": 0.03}, (swinging,), own.gains), lost)
+    assert said.startswith(
+        "2 of 6 measured voltages lie above the pull-in of every device within the priors (highest 2,0"
+    )
+    pull_in["pull_in_voltage"][:] = 3000.0
+    said = _without_state(Problem(own.device, {"spring_rate": 0.03}, (swinging,), own.gains), lost)
+    assert said.startswith("3 of 6 measured values lie where no device within the priors has a state: ")
 
 
 # --- files and what is asked ------------------------------------------------------------------------------------------

@@ -1,14 +1,15 @@
 """Lists of tests whose files hold more than the tests use, and readings that say too little to judge their sign."""
 
+import re
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from gelcone.errors import InputError
-from gelcone.lab.bench import DeviceTest
+from gelcone.lab.bench import KINDS, DeviceTest
 from gelcone.lab.device import _check_signs
-from gelcone.lab.device_tests import read_device_tests
+from gelcone.lab.device_tests import _assembled, _noise, _parsed, read_device_tests
 
 RINGING = '[[test]]\nkind = "ring-down"\nfile = "ringing.csv"\nnoise = {frequency = "0.02 Hz", decay = "0.05 1/s"}\n'
 
@@ -170,3 +171,24 @@ def test_columns_are_found_by_name_or_named_and_turned_round(read):
         np.testing.assert_allclose(test.set["load"], [1e-6, 2e-6])
     with pytest.raises(InputError, match="line 3: column 'W' has an empty cell"):
         read(text, a="W,displacement (um)\n-1,10\n,20\n")
+
+
+def example_in(error, name):
+    (found,) = re.findall(rf'{name} = "(.*?)"', str(error.value))
+    return found
+
+
+@pytest.mark.parametrize("unit", sorted({own.unit for kind in KINDS.values() for own in kind.read.values()}))
+def test_the_example_of_a_missing_noise_is_one_of_its_unit(unit):
+    with pytest.raises(InputError, match="the noise of reading is missing") as error:
+        _noise("test 1", "reading", unit, None)
+    assert 0.0 < _noise("test 1", "reading", unit, example_in(error, "noise")) < 0.1
+
+
+@pytest.mark.parametrize(("kind", "name"), [(kind, name) for kind, own in KINDS.items() for name in own.set])
+def test_the_example_of_a_missing_setting_is_one_of_its_unit(kind, name):
+    own = KINDS[kind]
+    numbers = {other: np.zeros(1) for other in (*own.set, *own.read) if other != name}
+    with pytest.raises(InputError, match=f"test 1: a {kind} test needs {name};") as error:
+        _assembled("test 1", kind, numbers, "1", None)
+    assert _parsed("test 1", name, example_in(error, name), own.set[name]) > 0.0

@@ -1,11 +1,15 @@
 """Wishes: requirements, bounds, tolerances and objectives, in SI and within limits."""
 
+import re
+
 import numpy as np
 import pytest
 
+from gelcone.devices.fields import DEVICE_FIELDS
 from gelcone.errors import InputError
 from gelcone.lab.wish import (
     FIRST_WISH,
+    MEASURES,
     MOST_FREE,
     MOST_OBJECTIVES,
     MOST_TOLERANCES,
@@ -235,3 +239,25 @@ def test_fields_of_a_material_stand_under_dotted_names_as_deep_as_they_may(wish)
             _table({key: {"one": {"more": 1}} | many}, key)
     with pytest.raises(InputError, match=r"free = '3': must be a table, \[free\]"):
         _table({"free": "3"}, "free")
+
+
+@pytest.mark.parametrize("name", [name for name, field in DEVICE_FIELDS.items() if field.unit])
+def test_a_bound_below_what_the_field_may_have_is_refused(name):
+    """The least value itself may be one; a value that it must be above may not."""
+    field = DEVICE_FIELDS[name]
+    lowest = field.above if field.least is None else field.least
+    inside, outside = (-2.0, None) if lowest is None else (lowest, lowest - 0.25)
+    if field.above is not None and field.least is None:
+        inside, outside = lowest + 0.25, lowest
+    assert _bounds({name: f"{inside}:{inside + 1.0}"}) == {name: (inside, inside + 1.0)}
+    if outside is not None:
+        with pytest.raises(InputError, match=rf"\[free\] {name} = .*: must be "):
+            _bounds({name: f"{outside}:{inside + 1.0}"})
+
+
+@pytest.mark.parametrize("name", MEASURES)
+def test_the_example_of_a_requirement_is_one(name):
+    with pytest.raises(InputError, match="must be a bound, such as") as error:
+        _requirement(name, "5")
+    (example,) = re.findall(rf'such as {name} = "(.*?)"', str(error.value))
+    assert _requirement(name, example).bound > 0.0
