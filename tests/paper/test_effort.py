@@ -4,10 +4,13 @@ from dataclasses import fields, replace
 
 import pytest
 
+from gelcone.motion.attractor.search import PATIENCE
 from gelcone.paper import stamp as module
 from gelcone.paper.effort import FULL, QUICK
 from gelcone.paper.films import CREEPING, PAPERS, WRINKLING, film_of_model
+from gelcone.paper.sampling import FIRST, SIGN_BUDGET
 from gelcone.paper.stamp import SHOWING, sources, stamp
+from gelcone.paper.studies.study import DECAYS
 from gelcone.presets import find_preset
 
 
@@ -47,3 +50,16 @@ def test_the_program_is_all_that_computes_and_changes_with_it(monkeypatch, tmp_p
         monkeypatch.setattr(module, "version", lambda library, versions=versions: versions)
         digests.add(module.program.__wrapped__())
     assert len(digests) == 4
+
+
+def test_a_quick_run_is_smaller_and_still_patient_enough_for_what_it_reads():
+    """Rest at the sets' damping ratio decays within it, and a sign is averaged ten times over."""
+    for name in ("diagram_values", "section_points", "frequencies", "spectrum_periods", "bisections", "samples"):
+        assert getattr(QUICK, name) < getattr(FULL, name)
+    assert QUICK.costly_samples <= QUICK.samples
+    assert (FULL.patience, QUICK.window) == (None, FULL.window)  # None is `PATIENCE`; the paper's window is one
+    decay = DECAYS / min(float(find_preset(name).model.damping_ratio) for name in ("base", "fast", "spring"))
+    assert max(10.0 * SIGN_BUDGET, 10.0 * decay) <= QUICK.patience < PATIENCE
+    for effort in (QUICK, FULL):
+        assert min(effort.samples, effort.costly_samples) >= FIRST
+        assert all(size & (size - 1) == 0 for size in (effort.samples, effort.costly_samples))

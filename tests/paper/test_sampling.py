@@ -52,6 +52,24 @@ def test_a_sample_stops_once_it_has_its_answer_or_its_budget_is_spent(answered_a
     assert drawn(replace(sample, costly=True), replace(QUICK, costly_samples=16)).sizes["point"] == 16
 
 
+@pytest.mark.parametrize("sample", [own for several in SAMPLES.values() for own in several], ids=lambda own: own.name)
+def test_a_sample_has_the_numbers_of_its_set_but_for_those_that_it_varies(sample):
+    seen = []
+
+    def kind(n):
+        seen.append(n)
+        return n["voltage"] > 9.0
+
+    drawn(sample, replace(QUICK, samples=FIRST, costly_samples=FIRST), World(kind))
+    for name, value in find_preset(sample.preset).model.replace(**sample.changes).values.items():
+        if name in sample.drawn:
+            assert sample.drawn[name][0] <= seen[0][name].min() < seen[0][name].max() <= sample.drawn[name][1]
+        elif name in sample.inner:
+            assert set(seen[0][name]) == set(np.ravel(sample.inner[name]))
+        else:
+            assert set(seen[0][name]) == {float(value)}
+
+
 ENDS = {"low": (0.0, 1.0), "high": (1.0, 2.0)}
 
 

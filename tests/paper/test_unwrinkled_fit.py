@@ -185,7 +185,8 @@ def test_a_film_ends_as_a_free_one_below_all_displacements_at_which_it_is_in_ten
     monkeypatch.setattr(
         unwrinkled_fit, "raised_film", lambda film, at: {h: SimpleNamespace(position=np.array([h])) for h in at[2:]}
     )
-    monkeypatch.setattr(unwrinkled_fit, "limit_shares", lambda film, position: position / 0.55 * LIMIT_SHARE)
+    shares = np.array([[0.5], [1.0]]) * LIMIT_SHARE / 0.55  # of two elements the more strained one decides
+    monkeypatch.setattr(unwrinkled_fit, "limit_shares", lambda film, position: shares * position)
     monkeypatch.setattr(
         unwrinkled_fit, "_charged", lambda film, point, free: ([f"column {point.position[0]}"], 0.5 + point.position[0])
     )

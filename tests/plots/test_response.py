@@ -3,14 +3,15 @@
 import matplotlib as mpl
 import numpy as np
 import pytest
+import xarray as xr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import gelcone
 from gelcone import ConeModel, Outcome, find_device, simulate
 from gelcone.motion.validity import SLACK_IN
-from gelcone.plots.response import MOST_LINES, SLACK, failings, members, response_figure
+from gelcone.plots.response import MOST_LINES, SLACK, failings, mark_end, members, response_figure, up_to_end
 from gelcone.plots.style import BLUE, CYCLE, GREY, STYLE, VERMILION, save_figure
-from tests.plots.made_up import corners, data_of, result
+from tests.plots.made_up import blank, corners, data_of, result
 
 RESPONSES = {
     "single": lambda: simulate(ConeModel(), periods=3),
@@ -182,6 +183,19 @@ def test_a_run_that_ended_early_has_a_cross_at_its_end():
     np.testing.assert_array_equal(data_of(top.lines[1]), [[3.0], [9.0]])
     assert [text.get_text() for text in top.texts] == ["pulled in"]
     assert len(response_figure(made_up()).axes[0].lines) == 1
+
+
+def test_the_cross_is_at_the_last_sample_that_ran_and_the_room_behind_it_is_empty():
+    """A long run is drawn a little beyond its end."""
+    steps = np.arange(40.0)
+    run = xr.Dataset(
+        {"displacement": ("time", np.where(steps < 24, steps**2, np.nan)), "outcome": int(Outcome.PULLED_IN)},
+        coords={"time": 2.0 * steps},
+    )
+    shown = up_to_end(run)
+    assert shown.sizes["time"] == 27
+    mark_end(shown, axes := blank())
+    np.testing.assert_array_equal(data_of(axes.lines[0]), [[46.0], [23.0**2]])
 
 
 def test_an_ensemble_has_a_colour_a_member_and_many_are_picked_evenly():

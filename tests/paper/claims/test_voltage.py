@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from gelcone.codes import Regime
 from gelcone.paper.claims.voltage import _at
 from gelcone.paper.effort import FULL, QUICK
 from gelcone.paper.numbers import Number
@@ -108,6 +109,21 @@ def test_the_amplitude_is_that_of_chaos_with_the_error_of_nearby_starts():
     assert (finding.numbers[0].value, finding.numbers[0].error) == pytest.approx((4.0, 0.25))
     assert finding.share.value == 1.0
     assert finding.numbers[1].value == 4.0
+
+
+def test_nearby_starts_that_are_not_chaotic_count_for_nothing():
+    """A periodic motion that reaches farther is no chaos; where none is chaotic the error is not known."""
+    studies = reach(6.0)
+    near = studies["neighbours"]
+    far = near["own_extent"].values + 0.0
+    far[0, 0] = 9.0
+    for kind, error in ((Regime.PERIODIC, 0.0), (Regime.QUASI_PERIODIC, 0.0), (Regime.CHAOTIC, 3.0)):
+        kinds = near["own_regime"].values + 0
+        kinds[0, 0] = int(kind)
+        own = near.assign(own_extent=(near["own_extent"].dims, far), own_regime=(near["own_regime"].dims, kinds))
+        assert checked("voltage-amplitude", studies | {"neighbours": own}).numbers[0].error == pytest.approx(error)
+    none = near.assign(own_regime=near["own_regime"] * 0)
+    assert checked("voltage-amplitude", studies | {"neighbours": none}).numbers[0].error == np.inf
 
 
 # --- spectra ----------------------------------------------------------------------------------------------------------
