@@ -1,5 +1,6 @@
 """What may be free in a fit of a device, and what a fit says it leaves."""
 
+import re
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,7 +10,7 @@ import xarray as xr
 from gelcone.errors import DoubtfulInput, InputError
 from gelcone.lab import device as module
 from gelcone.lab.bench import DeviceTest
-from gelcone.lab.device import WIDE, read_free
+from gelcone.lab.device import GEL, WIDE, read_free
 from gelcone.lab.device_fit import NoStateError
 from gelcone.lab.device_tests import DeviceTests
 from tests.lab.made_up_fit import COVARIANCE, FREE, POWERS, PUMP, by_powers, made_up_problem
@@ -152,3 +153,22 @@ def test_structures_that_all_have_no_state_are_refused_with_the_reason_of_the_fi
     monkeypatch.setattr(module, "fit_problem", lambda problem: lost(problem) if problem == "a cone" else problem)
     found = module._fitted({"taut film": "a cone", "membrane film": "a membrane"})
     assert found == ({"membrane film": "a membrane"}, {"taut film": "no state of a cone"})
+
+
+@pytest.mark.parametrize(
+    ("moved", "said"),
+    [
+        (
+            {*GEL, "film_thickness"},
+            "free film_thickness: with material.shear_modulus and material.relative_permittivity",
+        ),
+        ({"spring_rate"}, "free spring_rate: it changes without changing any reading"),
+        ({"spring_rate", "moving_mass"}, "free moving_mass: with spring_rate free and no prior, these change together"),
+    ],
+)
+def test_a_field_too_many_is_to_be_given_a_prior(moved, said):
+    """The field that is asked to have one is among those that change together."""
+    message = module._one_too_many(moved)
+    assert message.startswith(said)
+    (field,) = re.findall(r"such as 3 %(?: of ([\w.]+))?$", message)
+    assert (field or message.split()[1].rstrip(":")) in moved

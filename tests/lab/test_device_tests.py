@@ -36,8 +36,9 @@ def test_signs_are_judged_only_where_readings_stand_out_of_the_noise():
     judged([-20.0], [2.0], [1.0])
     judged([-100.0, 20.0], [100.0, 20.0], [50.0, 1.0])
     for read, noise in (([-20.0], [1.0]), ([-20.0, -30.0], [1.0, 1.0])):
-        with pytest.raises(InputError, match="stroke has the opposite sign of the device's"):
+        with pytest.raises(InputError, match="stroke has the opposite sign of the device's") as error:
             judged(read, np.negative(read), noise)
+        assert str(error.value).endswith(': write a minus before its column, stroke = "-Stroke, ..."')
 
 
 @pytest.mark.parametrize(

@@ -180,8 +180,8 @@ def test_an_interval_holds_95_per_cent_of_the_draws_and_counts_on_the_side_of_wh
     assert compared(monkeypatch, drawn, 6.0, "20 %").verdict == "inside"
     assert compared(monkeypatch, drawn, 0.05, "1 %").verdict == "outside"
     assert compared(monkeypatch, drawn, 0.15, "1 %").verdict == "inside"
-    lost = compared(monkeypatch, [1e-3, np.nan, 1e-3, np.nan], 1.0)
-    assert lost.verdict == "not compared: 50% of the draws have no such state"
+    lost = compared(monkeypatch, [1e-3, np.nan, 1e-3, 1e-3], 1.0)
+    assert lost.verdict == "not compared: 25% of the draws have no such state"
     assert np.isnan(compared(monkeypatch, [np.nan] * 4, 1.0).predicted)
 
 

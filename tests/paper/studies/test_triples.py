@@ -10,10 +10,20 @@ from gelcone import ConeModel
 from gelcone.codes import Outcome
 from gelcone.paper.effort import QUICK
 from gelcone.paper.studies import triples as module
+from gelcone.paper.studies.diagrams import PANELS, values_of
 
 MODEL = ConeModel(voltage=np.array([0.4, 0.5, 0.6]), voltage_bias=0.1, drive_frequency=2.0)
 REPEAT = np.pi
 """Of a forcing with a bias at the frequency 2."""
+
+
+@pytest.mark.parametrize("name", ["damping", "limit", "voltage", "prestretch"])
+def test_three_motions_lie_on_the_diagram_of_their_parameter(name):
+    """At its voltage and within its range, so that both show the same motions."""
+    preset, parameter, values, changes = module.TRIPLES[name]
+    assert changes == ({} if parameter == "voltage" else {"voltage": PANELS[preset, parameter]})
+    diagram = values_of(preset, parameter, QUICK)
+    assert diagram.min() <= min(values) < max(values) <= diagram.max()
 
 
 def test_the_long_run_begins_once_all_have_settled_and_the_early_one_at_the_start(monkeypatch):
