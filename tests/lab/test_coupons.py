@@ -311,3 +311,15 @@ def test_a_stretch_that_is_none_is_named_with_its_line(row, stretch, tmp_path):
     path.write_text("\n".join(["stretch,stress (kPa)", *rows]) + "\n", encoding="utf-8")
     with pytest.raises(InputError, match=rf"line {row + 2}: stretch {float(stretch):.4g}: must be over 0 and at most"):
         read_tests(path)
+
+
+@pytest.mark.parametrize("name", ["stress", "nominal stress", "engineering stress", "true stress", "Cauchy stress"])
+def test_a_stress_is_nominal_and_a_true_one_is_not_taken_for_it(name, tmp_path):
+    rows = [f"{1.0 + 0.25 * k},{10.0 * k}" for k in range(8)]
+    path = tmp_path / "coupon.csv"
+    path.write_text("\n".join([f"stretch,{name} (kPa)", *rows]) + "\n", encoding="utf-8")
+    if name.startswith(("true", "Cauchy")):
+        with pytest.raises(InputError, match="stress"):
+            read_tests(path)
+    else:
+        np.testing.assert_allclose(read_tests(path).coupons[0].stress, 1e4 * np.arange(8))

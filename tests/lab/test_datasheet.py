@@ -173,6 +173,13 @@ def test_the_rise_time_is_that_of_the_exact_step_response():
     assert _rise_time(slow, np.linalg.eigvals(swing)) == pytest.approx(end - begin, rel=1e-3)
 
 
+@pytest.mark.parametrize(("growth", "known"), [((-3.0, -5.0), True), ((-3.0, 0.5), False), ((1.0, 0.5), False)])
+def test_an_unstable_state_has_no_rise_time(growth, known):
+    """One growing motion of two is enough."""
+    states = SimpleNamespace(A=np.diag(growth), B=np.ones((2, 1)), C=np.ones((1, 2)))
+    assert np.isfinite(_rise_time(states, np.array(growth, dtype=complex))) == known
+
+
 def power_of(run):
     lost, time = run["dissipated_energy"].values, run["time"].values
     return 1e3 * (lost[-1] - lost[0]) / (time[-1] - time[0])
