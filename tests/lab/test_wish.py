@@ -110,7 +110,7 @@ def test_objectives_are_in_their_order_and_the_probability_where_there_are_none(
     assert len(names) == MOST_OBJECTIVES
     with pytest.raises(InputError, match="4 objectives: give at most 3"):
         _objectives(both | {"largest": ["stroke", "blocked_force"]})
-    with pytest.raises(InputError, match="names an objective twice"):
+    with pytest.raises(InputError, match="is an objective twice"):
         _objectives({"smallest": ["current", "current"]})
 
 

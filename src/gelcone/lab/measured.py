@@ -135,7 +135,7 @@ def _read_entry(path: Path, number: int, entry: Mapping[str, Any]) -> tuple[Path
     columns = {key: value for key, value in entry.items() if key in ROLES and not _begins_a_number(value)}
     for key, value in columns.items():
         if not isinstance(value, str) or not value.strip():
-            raise InputError(f'{where}: {key} = {value!r}: must name a column, such as {key} = "F, mN"')
+            raise InputError(f'{where}: {key} = {value!r}: must name a column, {key} = "COLUMN, UNIT"')
     others = {key: value for key, value in entry.items() if key != "file" and key not in columns}
     return place, {key: _setting(where, key, value) for key, value in others.items()} | {"columns": columns}
 
@@ -167,7 +167,7 @@ def _setting(where: str, key: str, value: Any) -> Any:
         raise InputError(f"{where}: only = {value!r}: must be a list of ids, such as [101, 102]")
     if key == "temperature":
         raise InputError(f"{where}: temperature = {value!r}: has no unit; write '20 degC' or '293 K'")
-    raise InputError(f'{where}: {key} = {value!r}: must name a column, such as {key} = "COLUMN, kPa"')
+    raise InputError(f'{where}: {key} = {value!r}: must name a column, {key} = "COLUMN, UNIT"')
 
 
 def _only(file: str, tests: list[Coupon], ids: list[str] | None) -> list[Coupon]:

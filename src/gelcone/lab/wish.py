@@ -315,16 +315,17 @@ def _objectives(content: Mapping[str, Any]) -> tuple[Objective, ...]:
     found = []
     for key, known in (("smallest", SMALL), ("largest", LARGE)):
         given = content.get(key, [])
-        names: Sequence[Any] = [given] if isinstance(given, str) else given
-        if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        listed: Sequence[Any] = [given] if isinstance(given, str) else given
+        if not isinstance(listed, list) or not all(isinstance(name, str) for name in listed):
             raise InputError(f'{key} = {str(given)[:60]!r}: must be a list of names, such as ["{known[0]}"]')
-        for name in names:
+        for name in listed:
             check_name("objective", name, known, where=f"{key}: ")
             found.append(Objective(name, key == "largest"))
     if len(found) > MOST_OBJECTIVES:
         raise InputError(f"{len(found)} objectives: give at most {MOST_OBJECTIVES}")
-    if len({one.name for one in found}) < len(found):
-        raise InputError("smallest: names an objective twice; give it once")
+    names = [one.name for one in found]
+    if twice := next((name for k, name in enumerate(names) if name in names[:k]), ""):
+        raise InputError(f"{twice}: is an objective twice; give it once")
     return tuple(found) or (Objective("probability", True),)
 
 
