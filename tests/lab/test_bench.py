@@ -309,6 +309,17 @@ def test_a_film_that_pulls_in_within_a_period_has_no_response_and_no_settled_mot
     assert np.isnan(stroke[1])
 
 
+@pytest.mark.parametrize("circuit", [{}, {"series_resistance": "1 MOhm"}])
+@pytest.mark.parametrize(("steps", "known"), [(1, False), (40, True)])
+def test_a_response_that_has_not_converged_is_none(circuit, steps, known, monkeypatch):
+    """With states of circuits and without."""
+    for module in ("bench", "periodic"):
+        monkeypatch.setattr(f"gelcone.lab.{module}.NEWTON_STEPS", steps)
+    own = gelcone.find_device("biased-pump").replace({"film": "wrinkling", **circuit})
+    found = alone(own).response(np.array([1700.0]), np.array([400.0]), np.array([8.0]))
+    assert np.isfinite(found).all() == known
+
+
 @pytest.mark.parametrize("film", ["taut", "wrinkling"])
 def test_a_balance_of_the_disc_alone_is_that_of_all_states(film):
     own = device(CERTIFIED["responses"][0]["device"], film)
