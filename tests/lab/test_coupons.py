@@ -323,3 +323,13 @@ def test_a_stress_is_nominal_and_a_true_one_is_not_taken_for_it(name, tmp_path):
             read_tests(path)
     else:
         np.testing.assert_allclose(read_tests(path).coupons[0].stress, 1e4 * np.arange(8))
+
+
+def test_a_note_about_one_test_is_not_one_about_the_next(tmp_path):
+    rows = [f"{name},{1.0 + 0.25 * k},{10.0 * k}" for name in ("a", "b", "c") for k in range(8)]
+    rows[3] = "a,,30.0"
+    rows[9] = rows[10] = "b,1.3,"
+    path = tmp_path / "coupon.csv"
+    path.write_text("\n".join(["id,stretch,stress (kPa)", *rows]) + "\n", encoding="utf-8")
+    left = [[note for note in test.notes if "left out" in note] for test in read_tests(path).coupons]
+    assert left == [["1 rows without stretch or stress left out"], ["2 rows without stretch or stress left out"], []]

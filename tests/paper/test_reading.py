@@ -157,3 +157,12 @@ def test_bisection_narrows_the_interval_down_where_it_is_that_of_the_same_branch
     there = [("up", 2.1, 2.2), ("from 1,0", 3.4, 3.5), ("from 1,0", 2.4, 2.5), ("from 1,0", 2.6, 2.7)]
     number = first_chaos(diagram("voltage", VALUES, [0, 0, 1, 1, 1], thresholds=there), "voltage")
     assert (number.value, number.low, number.high) == (2.5, 2.4, 2.5)
+
+
+@pytest.mark.parametrize(("third", "low", "high"), [(Regime.TRANSIENT, 2.0, 4.0), (PERIODIC, 3.4, 3.5)])
+def test_a_threshold_next_to_an_open_value_is_not_narrowed_by_that_of_another_change(third, low, high):
+    """Bisection found where the motion changes, from open to chaotic too; what is open may be chaos already."""
+    kinds = [PERIODIC, PERIODIC, third, CHAOTIC, CHAOTIC]
+    study = diagram("voltage", VALUES, [0, 0, 0, 1, 1], kinds=kinds, thresholds=[("from 1,0", 3.4, 3.5)])
+    number = first_chaos(study, "voltage")
+    assert (number.low, number.high) == (low, high)

@@ -18,7 +18,7 @@ import pytest
 
 from gelcone.paper import report as reporting
 from gelcone.paper.claims import Claim
-from gelcone.paper.figures.figure import PaperFigure
+from gelcone.paper.figures.figure import PaperFigure, Table
 from gelcone.paper.films import CREEPING, MEMBRANE, SERIES_RESISTANCE, WRINKLING, creeping_in_words
 from gelcone.paper.numbers import Number
 from gelcone.paper.report import DrawnFigure, JudgedClaim, WithFilm, report_html
@@ -163,6 +163,14 @@ def test_the_contents_name_each_section_by_its_heading(page):
     headings = dict(re.findall(r'<section id="(.*?)">\n<h2>(.*?)</h2>', page))
     assert len(entries) == 7
     assert dict(entries) == headings
+
+
+def test_a_table_of_a_figure_has_its_head_above_its_rows():
+    shown = reporting._table(Table(("case <", "count"), (("a", "1"), ("b", "2"))))
+    cells = re.findall(r"<(th|td)>(.*?)</(?:th|td)>", shown)
+    assert cells == [("th", "case &lt;"), ("th", "count"), *(("td", own) for own in ("a", "1", "b", "2"))]
+    assert shown.index("<thead>") < shown.index("count") < shown.index("<tbody>") < shown.index("<td>a")
+    assert reporting._table(None) == ""
 
 
 FIXED = """

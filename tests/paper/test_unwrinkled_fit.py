@@ -111,6 +111,17 @@ def test_a_prestretched_free_film_runs_away_at_a_higher_voltage(stretch):
     assert free_film_limit(model) == pytest.approx(0.75 / 4.0 ** (1 / 3) * stretch**4, rel=1e-5)
 
 
+@pytest.mark.parametrize("limit", [4.0, 10.0, 50.0])
+def test_the_voltage_of_a_free_film_has_its_largest_value_before_the_stretch_limit(limit):
+    """Gent's response 1/(1 - strain/J) times (1 - t^-3)/t first falls at the voltage that is found."""
+    t = np.linspace(1.0, 0.5 * (limit + 3.0), 400_001)[1:-1]
+    strain = 2.0 * t + t**-2.0 - 3.0
+    squared = ((1.0 - t**-3.0) / t / (1.0 - strain / limit))[strain < limit]
+    falls = np.flatnonzero(np.diff(squared) < 0.0)
+    expected = squared[falls[0]] if falls.size else 1.0
+    assert free_film_limit(ConeModel(stretch_limit=limit)) == pytest.approx(expected, rel=1e-5)
+
+
 def test_a_film_that_the_stretch_limit_holds_ends_at_one_over_g():
     model = ConeModel(stretch_limit=0.2, prestretch=1.05, prestretch_mode="equibiaxial")
     assert free_film_limit(model) == pytest.approx(1.05**4, rel=1e-9)

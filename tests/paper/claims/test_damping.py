@@ -5,6 +5,7 @@ import pytest
 
 from gelcone.paper.effort import FULL, QUICK
 from gelcone.paper.studies.diagrams import PANELS
+from gelcone.paper.studies.triples import TRIPLES
 from gelcone.paper.verdicts import Verdict
 from gelcone.presets import find_preset
 from tests.paper.made_up import checked, diagram, found, number, verdict
@@ -70,6 +71,16 @@ def only(*places):
 def test_the_order_of_decay_and_overdamped_return(expected, changed):
     """The paper's own case is the largest that it draws; those larger are the others."""
     assert verdict("damping-order", **order(**changed)) is expected
+
+
+@pytest.mark.parametrize(("smallest", "middle", "holds"), [(-0.1, -1.0, True), (-1.0, -0.1, False)])
+def test_slow_decay_is_that_of_the_smallest_damping_ratio_drawn(smallest, middle, holds):
+    """What the swing loses at the middle one, in which it loses more than half, decides nothing."""
+    small, between, large = TRIPLES["damping"][2]
+    base = diagram("damping_ratio", np.array([0.0, small, between, large, 2.0]), np.zeros(5), error=1e-4)
+    largest = np.array([0.0, smallest, middle, -0.1, -0.1])
+    base["lyapunov"][:] = np.stack([largest, largest - np.array([0.0, 0.0, 0.0, 1.0, 1.0])], axis=-1)
+    assert found("damping-order", diagram_base_damping_ratio=base).holds is holds
 
 
 def test_where_overdamping_begins():

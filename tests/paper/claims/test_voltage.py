@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from gelcone.codes import Regime
-from gelcone.paper.claims.voltage import _at
+from gelcone.paper.claims.voltage import _at, _extent
 from gelcone.paper.effort import FULL, QUICK
 from gelcone.paper.numbers import Number
 from gelcone.paper.truths import Share
@@ -46,6 +46,18 @@ def test_voltages_above_the_threshold_are_chaotic_and_those_below_are_not():
         1.0
     ] * 3
     assert (finding.holds, finding.holds_finite, finding.share.value) == (True, True, 1.0)
+
+
+def test_chaos_below_the_threshold_that_a_diagram_steps_over_is_enough_against_it():
+    """Between two values of the diagram, 0.025 apart: its threshold stays, and the sample finds what lies below."""
+
+    def chaos(n):
+        return (n["voltage"] >= 1.04) | ((n["voltage"] > 0.705) & (n["voltage"] < 0.72))
+
+    finding = checked("voltage-threshold", studies_in(World(chaos), "voltage-threshold", QUICK))
+    assert finding.numbers[0].low < 1.04 <= finding.numbers[0].high
+    assert 0.9 < number(finding, "below 1.04").value < 1.0
+    assert (finding.holds, finding.holds_finite) == (False, False)
 
 
 def number(finding, part):
@@ -109,6 +121,11 @@ def test_the_amplitude_is_that_of_chaos_with_the_error_of_nearby_starts():
     assert (finding.numbers[0].value, finding.numbers[0].error) == pytest.approx((4.0, 0.25))
     assert finding.share.value == 1.0
     assert finding.numbers[1].value == 4.0
+
+
+@pytest.mark.parametrize(("lowest", "highest"), [(-6.0, 2.0), (-2.0, 6.0), (2.0, 6.0), (-6.0, -2.0)])
+def test_an_extent_is_that_of_the_farther_side(lowest, highest):
+    assert _extent(xr.Dataset({"low": ("at", [lowest]), "high": ("at", [highest])}), "low", "high").tolist() == [6.0]
 
 
 def test_nearby_starts_that_are_not_chaotic_count_for_nothing():

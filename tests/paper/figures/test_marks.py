@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from gelcone.codes import Regime
 from gelcone.paper.figures.marks import film_legend, fixed_parameters, listed, mark_slack
 from gelcone.plots.regime import REGIME_COLOURS, motion_colour
+from gelcone.plots.style import BLACK, GREY
 
 
 def test_a_line_is_strong_where_the_film_is_taut_and_to_the_next_sample():
@@ -29,12 +30,16 @@ def test_words_of_numbers_and_parameters():
     assert fixed_parameters(study, "voltage", "prestretch") == "set base: $v$ = 1.5"
 
 
-def test_each_kind_has_its_colour_once_in_the_legend():
+def test_the_legend_of_a_film_names_its_lines_its_window_and_each_kind_of_motion_once():
     assert motion_colour(xr.Dataset({"regime": Regime.CHAOTIC.value})) == REGIME_COLOURS[Regime.CHAOTIC]
-    figure = Figure()
-    film_legend(figure, [Regime.CHAOTIC, Regime.PERIODIC, Regime.CHAOTIC])
+    film_legend(figure := Figure(), [Regime.REST, Regime.CHAOTIC, Regime.REST])
     (legend,) = figure.legends
-    words = [text.get_text() for text in legend.get_texts()]
-    assert words[:2] == ["film taut", "film slack: the model does not hold"]
-    assert words[3:] == ["long run: chaotic", "long run: periodic"]
-    assert legend.legend_handles[3].get_color() == REGIME_COLOURS[Regime.CHAOTIC]
+    lines = {text.get_text(): line for text, line in zip(legend.get_texts(), legend.get_lines(), strict=True)}
+    assert list(lines) == [
+        "film taut", "film slack: the model does not hold", "window from the start",
+        f"long run: {Regime.REST.label}", f"long run: {Regime.CHAOTIC.label}",
+    ]  # fmt: skip
+    assert [line.get_alpha() for line in lines.values()] == [None, 0.45, None, None, None]
+    assert [line.get_marker() for line in lines.values()] == ["None", "None", "x", "o", "o"]
+    colours = [line.get_color() for line in lines.values()]
+    assert colours == [BLACK, BLACK, GREY, REGIME_COLOURS[Regime.REST], REGIME_COLOURS[Regime.CHAOTIC]]

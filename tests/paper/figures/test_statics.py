@@ -114,7 +114,7 @@ def test_the_figure_has_the_forces_with_their_continuum_on_the_left_and_the_equi
 def energies():
     force = np.array([[3.0, 1.0, 0.0, 1.0, 3.0], [2.0, 0.5, 0.0, 0.5, 2.0]])
     x, u = np.linspace(-2.0, 2.0, 41), np.linspace(-3.0, 3.0, 31)
-    surface = np.stack([0.5 * x[:, None] ** 2 + 0.5 * u**2] * 2)
+    surface = np.stack([x[:, None] ** 2 + 0.5 * u**2] * 2)
     surface[0, np.abs(x) > 1.5] = np.nan
     return xr.Dataset(
         {
@@ -152,8 +152,8 @@ def test_the_free_motion_from_the_start_is_the_level_line_through_it():
     for axes in panels:
         free = axes.collections[2]
         points = np.concatenate([path.vertices for path in free.get_paths()])
-        # 0.5 x^2 + 0.5 u^2 = 0.5, a circle
-        np.testing.assert_allclose(np.hypot(*points.T), 1.0, atol=0.01)
+        # x^2 + 0.5 u^2 = 1, an ellipse
+        np.testing.assert_allclose(np.hypot(points[:, 0], np.sqrt(0.5) * points[:, 1]), 1.0, atol=0.01)
         np.testing.assert_array_equal(data_of(axes.lines[0]), [[1.0], [0.0]])
         assert (axes.collections[0].levels[0], axes.collections[0].levels[-1]) == (0.0, 6.0)
     assert [bool(axes.texts) for axes in panels] == [True, False]
