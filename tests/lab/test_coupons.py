@@ -8,7 +8,7 @@ import pytest
 
 from gelcone.errors import InputError
 from gelcone.lab import coupons
-from gelcone.lab.coupons import LOADING_RATE, same_temperature
+from gelcone.lab.coupons import LOADING_RATE, ROLES, same_temperature
 from gelcone.lab.measured import read_tests
 
 VHB = Path(__file__).parents[2] / "docs" / "measured" / "vhb"
@@ -313,16 +313,34 @@ def test_a_stretch_that_is_none_is_named_with_its_line(row, stretch, tmp_path):
         read_tests(path)
 
 
-@pytest.mark.parametrize("name", ["stress", "nominal stress", "engineering stress", "true stress", "Cauchy stress"])
-def test_a_stress_is_nominal_and_a_true_one_is_not_taken_for_it(name, tmp_path):
-    rows = [f"{1.0 + 0.25 * k},{10.0 * k}" for k in range(8)]
-    path = tmp_path / "coupon.csv"
-    path.write_text("\n".join([f"stretch,{name} (kPa)", *rows]) + "\n", encoding="utf-8")
-    if name.startswith(("true", "Cauchy")):
-        with pytest.raises(InputError, match="stress"):
-            read_tests(path)
-    else:
-        np.testing.assert_allclose(read_tests(path).coupons[0].stress, 1e4 * np.arange(8))
+NAMED = {role: ROLES[role] for role in ("stretch", "strain", "stress", "force", "extension")}
+
+
+def coupon_of(tmp_path, length, pull, list_of_tests=""):
+    """The test of a file whose headings are given, with what a list says of it."""
+    rows = [f"{0.25 * k + (length in NAMED['stretch'])},{10.0 * k}" for k in range(8)]
+    (tmp_path / "a.csv").write_text("\n".join([f"{length},{pull} (kPa)", *rows]) + "\n", encoding="utf-8")
+    (tmp_path / "tests.toml").write_text(f'[[test]]\nfile = "a.csv"\n{list_of_tests}', encoding="utf-8")
+    (test,) = read_tests(tmp_path / "tests.toml").coupons
+    return test
+
+
+@pytest.mark.parametrize("pull", ["stress", "nominal stress", "engineering stress"])
+@pytest.mark.parametrize("length", ["stretch", "stretch ratio", "strain", "engineering strain", "nominal strain"])
+def test_stresses_and_strains_are_nominal(length, pull, tmp_path):
+    test = coupon_of(tmp_path, length, pull)
+    np.testing.assert_allclose(test.stress, 1e4 * np.arange(8))
+    np.testing.assert_allclose(test.stretch, 1.0 + 0.25 * np.arange(8))
+    assert np.isnan(test.thickness)  # what is not stated is not assumed
+
+
+@pytest.mark.parametrize(
+    ("length", "pull"), [(f"{kind} strain", "stress") for kind in ("true", "log", "Hencky")]
+    + [("stretch", f"{kind} stress") for kind in ("true", "Cauchy")],
+)  # fmt: skip
+def test_true_stresses_and_strains_are_not_taken_for_nominal_ones(length, pull, tmp_path):
+    with pytest.raises(InputError, match=r"stress|stretch|strain"):
+        coupon_of(tmp_path, length, pull)
 
 
 def test_a_note_about_one_test_is_not_one_about_the_next(tmp_path):
