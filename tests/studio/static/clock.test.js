@@ -155,3 +155,16 @@ test("of two settings the longer run is played to its end, and speeds have the u
   const names = (si) => { own.speeds(20, si); return own.speed.options.map((o) => o.textContent); };
   assert.deepEqual([names(true).at(-1), names(false).at(-1), names(true).at(-1)], ["real time", "0.5 s a period", "real time"]);
 });
+
+test("of two settings period, units and end are those of the one that is changed, as soon as it is there", () => {
+  const looks = { active: "b", a: run(40, { words: { period: 20, ended: "" } }), b: { about: { si: false } } }, own = clock(looks);
+  own.speeds(20, true); own.speed.value = "2"; own.tick(0); own.tick(100);
+  assert.ok(near(own.at, 1)); // a twentieth of a period of 20 ms
+  looks.b = run(400, { words: { period: 200, ended: "" }, about: { si: false } });
+  own.at = 0; own.tick(200);
+  assert.ok(near(own.at, 10)); // of 200 ms
+  own.playing = false; own.write(0);
+  assert.equal(own.output.textContent, "time 10");
+  looks.active = "a"; own.playing = true; own.at = 0; own.tick(300); own.playing = false; own.write(0);
+  assert.deepEqual([near(own.at, 1), own.output.textContent], [true, "1 ms"]);
+});

@@ -1,7 +1,7 @@
 // Controls: values, locks, errors and groups; numbers and texts as they are written.
 import assert from "node:assert/strict";
 import test from "node:test";
-import { browser, made, strokes } from "./page.js";
+import { browser, made, near, strokes } from "./page.js";
 
 browser();
 const from = (name) => import(`../../../src/gelcone/studio/static/${name}.js`);
@@ -61,6 +61,11 @@ test("the value of a control is in its own unit", () => {
   assert.deepEqual([value("1.5 kV"), value("20 V"), value("3 mV"), value("2e2V"), value("-1 kV")], [1500, 20, 0.003, 200, -1000]);
   assert.deepEqual([value("1 mm"), value("many"), value("1.2.3 V"), value("5")], [null, null, null, null]);
   assert.deepEqual([own.value("voltage_amplitude", {}), own.value("release_height", {}), own.value("none", {})], [800, null, null]);
+});
+
+test("each number that a control writes it reads, however large or small", () => {
+  const { own } = controls(), [control] = own.list.filter((c) => c.name === "voltage_amplitude");
+  for (let power = -12; power <= 12; power++) for (const value of [1.234 * 10 ** power, -5 * 10 ** power]) assert.ok(near(own.value(control.name, { [control.name]: own.text(control, value) }) / value, 1, 1e-9), own.text(control, value));
 });
 
 test("a bare number is in the unit next to it, an empty field is the default, and other texts are sent as typed", () => {

@@ -5,19 +5,12 @@ import { LIGHT, browser, texts } from "./page.js";
 
 browser();
 const from = (name) => import(`../../../src/gelcone/studio/static/${name}.js`);
-const { caption, broken, arranged, composed, filmed } = await from("film");
+const { caption, arranged, composed, filmed } = await from("film");
 
 test("a caption names what is shown, its kind, its numbers in order and what was changed", () => {
   const numbers = new Map([["lag", { name: "lag", place: 2, text: "7°" }], ["stroke", { name: "stroke", place: 0, text: "-15 um" }]]);
   assert.deepEqual(caption("pump", { words: { ended: "", seems: "?" }, lines: ["periodic, period 1"], numbers }, { spring_rate: "9 N/m" }), ["pump: periodic, period 1", "stroke −15 µm, lag 7°", "with spring rate 9 N/m", "gelcone studio"]);
   assert.deepEqual(caption("pump", { words: { ended: "pulled in", seems: "?" } }, {}), ["pump: pulled in", "gelcone studio"]);
-});
-
-test("a text breaks into lines that fit, a long word stands alone", () => {
-  const g = { measureText: (text) => ({ width: 6 * text.length }) };
-  assert.deepEqual(broken(g, "one two three", 48), ["one two", "three"]);
-  assert.deepEqual(broken(g, "one two three", 42), ["one two", "three"]); // a line may be as wide as there is room
-  assert.deepEqual(broken(g, "incomprehensibilities no", 48), ["incomprehensibilities", "no"]);
 });
 
 test("pictures stand two a row, none over another", () => {

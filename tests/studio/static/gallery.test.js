@@ -55,6 +55,14 @@ test("of two films each is shown in its own state and field", () => {
   assert.deepEqual(drawn, [[[1, 2], ["0.2", "0.5"]]]);
 });
 
+test("a tile has the room of its whole motion, also below the plane of the film", () => {
+  const { own } = gallery(), drawn = [];
+  own.message({ kind: "glance", id: 1, words: { period: 5 }, about: ABOUT }, { ...arrays(), x: Float32Array.of(-3, 5, -2) });
+  own.tiles[0].cone.draw = ([side]) => drawn.push([side.low, side.high, side.about]);
+  own.turn();
+  assert.deepEqual(drawn, [[-3, 5, ABOUT]]);
+});
+
 test("a click chooses and closes, and a closed gallery asks and draws no more", () => {
   const { own, asked, chosen, dialog } = gallery();
   own.tiles[2].box.onclick();

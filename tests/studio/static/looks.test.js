@@ -8,7 +8,7 @@ const from = (name) => import(`../../../src/gelcone/studio/static/${name}.js`);
 const { judged, missing, numbered, renewed } = await from("looks");
 const HEAD = { id: 7, words: { ended: "", period: 10 }, about: { si: true } };
 const number = (name, more = {}) => ({ name, text: name, ...more });
-const older = () => ({ lines: ["rest"], late: "l", problem: "p", unmade: "u", unmeasured: "m", film1: [1], film2: [2], ox: [1], px: [1], settled: {}, shares: [], statics: { top: 1 }, spectrum: { top: 2 }, numbers: new Map([["stroke", number("stroke")], ["pull-in", number("pull-in", { peak: 2 })]]) });
+const older = () => ({ lines: ["rest"], late: "l", problem: "p", unmade: "u", unmeasured: "m", film1: [1], film2: [2], ox: [1], px: [1], settled: {}, shares: [], extent: [1, 2], statics: { top: 1 }, spectrum: { top: 2 }, numbers: new Map([["stroke", number("stroke")], ["pull-in", number("pull-in", { peak: 2 })]]) });
 
 test("a response takes the words and reasons of an older setting away, and leaves its pictures and numbers, marked as old", () => {
   const look = renewed(older(), HEAD, { t: [0, 1], film1: [5] });
@@ -16,7 +16,7 @@ test("a response takes the words and reasons of an older setting away, and leave
   assert.deepEqual([look.id, look.t, look.film1, look.film2, look.words, look.about], [7, [0, 1], [5], undefined, HEAD.words, HEAD.about]);
   assert.deepEqual([look.statics, look.spectrum, look.ox, [...look.numbers.values()].map(({ old }) => old)], [{ top: 1, old: true }, { top: 2, old: true }, [1], [true, true]]);
   const ended = renewed(older(), { ...HEAD, words: { ended: "pulled in" } }, {});
-  assert.deepEqual([ended.ox, ended.px, ended.settled, ended.shares], [undefined, undefined, undefined, undefined]);
+  assert.deepEqual([ended.ox, ended.px, ended.settled, ended.shares, ended.extent], Array(5).fill(undefined));
   assert.equal(renewed({}, HEAD, {}).numbers.size, 0);
 });
 
@@ -52,6 +52,6 @@ test("the reason of a missing answer stands where that is shown, in place of wha
     missing(look, { stage, message: "too long" });
     assert.deepEqual(["problem", "unmeasured", "unmade", "late"].map((own) => look[own]), ["problem", "unmeasured", "unmade", "late"].map((own) => (own === name ? "too long" : undefined)));
     assert.deepEqual([Boolean(look.statics), Boolean(look.spectrum)], [stage !== "statics", stage !== "spectrum"]);
-    assert.deepEqual([look.numbers.size, Boolean(look.ox), Boolean(look.settled)], stage === "kind" ? [1, false, false] : [3, true, true]);
+    assert.deepEqual([look.numbers.size, Boolean(look.ox), Boolean(look.settled), Boolean(look.extent)], stage === "kind" ? [1, false, false, false] : [3, true, true, true]);
   }
 });

@@ -24,6 +24,10 @@ test("separators, decimal commas, a byte order mark and units in either line are
   assert.deepEqual([both.from, [...both.volts], [...both.values]], ["stroke", [1000, 1500], [2, 3]]);
 });
 
+test("a curve may have two heights at one time or voltage, as at a jump", () => {
+  for (const name of ["time (ms)", "voltage (V)"]) assert.deepEqual([...readMeasured("a.csv", `${name},height (mm)\n1,5\n1,6\n2,6\n`).along], [1, 1, 2]);
+});
+
 test("what is wrong is refused in one line that names the file", () => {
   const cases = [
     ["", "needs a line of names"], ["time (ms)\n1\n2\n", "names one column"], ["time,height (mm)\n1,2\n3,4\n", "has no unit; write time (s, ms, us)"], ["time (V),height (mm)\n1,2\n3,4\n", '"V" is not its unit'],

@@ -104,7 +104,7 @@ const PROPERTIES = {
   "*": "className hidden id style tabIndex textContent title onclick onkeydown", a: "download href", button: "disabled type", canvas: "height width onpointerdown onpointermove onpointerup onpointercancel", label: "htmlFor", optgroup: "label", option: "value",
   input: "autocomplete disabled files max min onchange oninput placeholder spellcheck step type value", select: "disabled onchange value", link: "href type", script: "src type", meta: "name", output: "value",
 };
-const OWN = "tagName children attributes style dataset parent own listeners classList clientWidth clientHeight scrollWidth chosen context open captureStream toBlob".split(" "); // of this file and of tests
+const OWN = "tagName children attributes style dataset parent own listeners classList clientWidth clientHeight scrollWidth chosen context open captured captureStream toBlob".split(" "); // of this file and of tests
 const known = (tag, name) => OWN.includes(name) || `${PROPERTIES["*"]} ${PROPERTIES[tag] ?? ""}`.split(" ").includes(name);
 const valid = (name, value) => (name === "role" ? ROLES.includes(value) : /^aria-(pressed|expanded|selected|invalid|hidden)$/.test(name) ? /^(true|false)$/.test(value) : /^aria-/.test(name) ? ARIA.includes(name) && readable(value) : /^data-/.test(name) || ATTRIBUTES.includes(name));
 
@@ -174,7 +174,7 @@ class Element {
   getContext(kind = "2d") { return kind === "2d" ? (this.context ??= recorder()) : null; }
   getBoundingClientRect() { return { left: 10, top: 20, width: SIZE[0], height: SIZE[1] }; }
   addEventListener(name, does) { (this.listeners[name] ??= []).push(does); }
-  setPointerCapture() {}
+  setPointerCapture(number) { this.captured = number; }
   focus() { document.activeElement = this; this.onfocus?.(); }
   click() { this.onclick?.({ target: this }); }
   showModal() { this.open = true; }
@@ -225,7 +225,10 @@ export function frame(head, arrays) {
   return buffer;
 }
 
-export const page = { frames: [], observers: [], steps: [], copied: [], moment: 0, timers: [] };
+export const page = { frames: [], observers: [], steps: [], entries: [], copied: [], moment: 0, timers: [] };
+
+// Goes back by a step of the history.
+page.back = () => { page.entries.pop(); location.hash = page.entries.at(-1) ?? ""; page.listeners.popstate(); };
 
 // Puts a browser into the place of node's globals.
 export function browser(hash = "", search = "?token=secret") {
@@ -242,8 +245,8 @@ export function browser(hash = "", search = "?token=secret") {
   put("document", document); put("window", globalThis); put("devicePixelRatio", 1);
   put("location", { host: "127.0.0.1:9", hash, search, href: `http://127.0.0.1:9/${search}${hash}` });
   put("history", {
-    pushState: (a, b, text) => { page.steps.push(text); location.hash = text; },
-    replaceState: (a, b, text) => { location.hash = text; },
+    pushState: (a, b, text) => { page.steps.push(text); page.entries.push(text); location.hash = text; },
+    replaceState: (a, b, text) => { page.entries[page.entries.length - 1] = text; location.hash = text; },
   });
   put("localStorage", new Memory()); put("sessionStorage", new Memory());
   put("WebSocket", Socket);
@@ -255,7 +258,7 @@ export function browser(hash = "", search = "?token=secret") {
   put("addEventListener", (name, does) => { (page.listeners ??= {})[name] = does; });
   put("Option", class extends Element { constructor(text, value) { super("option"); this.textContent = text; this.setAttribute("value", value); } });
   put("navigator", { clipboard: { writeText: async (text) => { page.copied.push(text); } } });
-  page.timers = []; page.frames = []; page.steps = []; Socket.all = [];
+  page.timers = []; page.frames = []; page.steps = []; page.entries = [hash]; Socket.all = [];
   put("setTimeout", (does, wait, ...args) => page.timers.push({ does: () => does(...args), wait }));
   put("clearTimeout", (number) => { if (number) page.timers[number - 1] = null; });
   return root;

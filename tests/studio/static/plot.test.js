@@ -5,7 +5,7 @@ import { LIGHT, browser, forget, near, page, texts } from "./page.js";
 
 browser();
 const from = (name) => import(`../../../src/gelcone/studio/static/${name}.js`);
-const { ticks, extent, Range, Plot } = await from("plot"), { colours } = await from("colours"), { plain } = await from("controls");
+const { ticks, extent, broken, Range, Plot } = await from("plot"), { colours } = await from("colours"), { plain } = await from("controls");
 
 function plot(options = {}) {
   const host = document.createElement("div");
@@ -170,6 +170,13 @@ test("a plot is drawn on its own ground, sharp on every screen", () => {
   p.redraw();
   assert.equal(drawn, 1);
   globalThis.devicePixelRatio = 1;
+});
+
+test("a text breaks into lines that fit, a long word stands alone", () => {
+  const g = { measureText: (text) => ({ width: 6 * text.length }) };
+  assert.deepEqual(broken(g, "one two three", 48), ["one two", "three"]);
+  assert.deepEqual(broken(g, "one two three", 42), ["one two", "three"]); // a line may be as wide as there is room
+  assert.deepEqual(broken(g, "incomprehensibilities no", 48), ["incomprehensibilities", "no"]);
 });
 
 test("a paragraph breaks between words and is centred", () => {

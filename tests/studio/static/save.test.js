@@ -26,6 +26,25 @@ test("a file is asked for with what it is of, in every format", () => {
   for (const preset of [null, "base"]) { page.setting = () => ({ device: null, preset }); saver.show(); assert.deepEqual([saver.device.disabled, saver.what.querySelector('[value="envelope"]').hidden], [Boolean(preset), Boolean(preset)]); }
   saver.id = 4; saver.codeId = 5;
   assert.deepEqual([saver.failed({ id: 3, message: "no" }), saver.failed({ id: 5, message: "odd" }), saver.status.textContent], [false, true, "odd"]);
+  assert.equal(saver.failed({ id: null, message: "of no question" }), false);
+});
+
+test("what does not come as the connection is lost can be asked for again, and nothing else is said to be lost", () => {
+  browser();
+  let number = 7;
+  const asked = [], saver = new Saver(document.createElement("dialog"), { ask: (kind) => { asked.push(kind); return number; }, state: () => ({ top: "time", periods: "5" }), setting: () => ({ preset: null }) });
+  const now = () => [saver.status.textContent, saver.buttons.every((button) => !button.disabled)], lost = ["The connection is lost; save again once it is back.", true];
+  saver.lost();
+  assert.deepEqual(now(), ["", true]);
+  for (const [button, waits] of [[saver.buttons[1], ["computing …", false]], [saver.device, ["", true]]]) {
+    saver.status.textContent = ""; number = 7; button.click();
+    assert.deepEqual(now(), waits);
+    saver.lost();
+    assert.deepEqual(now(), lost);
+    saver.status.textContent = ""; number = null; button.click();
+    assert.deepEqual(now(), lost);
+  }
+  assert.deepEqual(asked, ["export", "export", "device", "device"]);
 });
 
 test("each copy button copies the lines below it, and says whether the browser let it", async () => {

@@ -65,6 +65,8 @@ test("files come by the button or are dropped, and a browser that is given a fil
   page.listeners.drop(event(["Files"], [file("my.toml", "disc_radius = '1 mm'")]));
   await passed();
   assert.deepEqual([prevented, last("look").setting.file], [["Files", "Files"], "disc_radius = '1 mm'"]);
+  page.listeners.drop(event(["text/plain"])); // a text goes into the field it is dropped on
+  assert.equal(prevented.length, 2);
 });
 
 test("of several measured curves the last one opens its tab", async () => {
@@ -371,6 +373,8 @@ test("an address that falls back is no step of the history", async () => {
   socket.give({ kind: "error", id: last("look").id, side: "a", control: "frequency", message: "frequency = -1 Hz: must be positive" });
   answer(); wait(300);
   assert.deepEqual([page.steps.length - steps, location.hash.includes("frequency=-1")], [0, false]);
+  field("frequency").value = "7"; field("frequency").onchange(); answer();
+  assert.deepEqual(page.entries.map((text) => new URLSearchParams(text.slice(1)).get("frequency")), [null, "7 Hz"]);
 });
 
 test("the colours of the film in the legend are those of the theme, and its states those of the motion that is shown", async () => {
@@ -508,8 +512,7 @@ test("an error that belongs to no side is said above the page, one of a map in t
   const map = $("map").querySelector("canvas").getContext();
   socket.give({ kind: "error", id: last("map").id, message: "no such map" });
   assert.deepEqual([said(), texts(map).includes("no such map")], ["", true]);
-  socket.give({ kind: "error", id: 9999, message: "of no one" });
-  assert.ok(said().includes("of no one"));
+  for (const [id, message] of [[9999, "of no one"], [null, "of nothing that could be read"]]) { socket.give({ kind: "error", id, side: null, control: null, message }); assert.ok(said().includes(message)); }
 });
 
 test("a lost connection fades the picture until it is back with an answer", async () => {
@@ -722,4 +725,71 @@ test("where the settled motion is late its button says so at once, on the side t
   socket.give({ kind: "kind", id: last("look").id, side: "a", words: KIND }, ORBIT);
   draw();
   assert.ok(texts($("cone").getContext()).length > 0);
+});
+
+test("going back leads through all that was done, each time to the page as it was", async () => {
+  const own = await attended("#device=biased-pump&y=frequency,0.1,20&x=voltage_amplitude,0,1600&over=voltage_amplitude,0,1600"), done = [], note = (what) => done.push([what, seen()]);
+  const axis = (view, name) => { const select = document.querySelector(`#${view} select`); select.value = name; select.onchange(); };
+  note("at first");
+  for (const [what, ...acts] of [
+    ["a slider that rested on its way", () => slide("frequency", 300), () => slide("frequency", 500), () => slide("frequency", 500, "onchange")], ["the map over another parameter", () => axis("map", "disc_radius")], ["the sweep", () => click('[data-tab="strip"]')],
+    ["over another parameter", () => axis("strip", "disc_radius")], ["another device", () => choose("#subject", "device:soft-film")], ["its map over another parameter", () => { click('[data-tab="map"]'); }, () => axis("map", "disc_radius")], ["a set", () => choose("#subject", "preset:base")],
+    ["two settings", () => click("#compare")], ["a value of the second", () => slide("frequency", 100, "onchange")], ["the first", () => click("#side-a")], ["its device", () => choose("#subject", "device:biased-pump")], ["the envelope", () => click('[data-tab="envelope"]')], ["its set", () => choose("#subject", "preset:other")],
+  ]) {
+    const steps = page.steps.length;
+    for (const act of acts) await own.act(act);
+    if (page.steps.length > steps + 1) done.push([`${what}, on the way`, null]);
+    note(what);
+  }
+  for (const [what, before] of done.reverse()) {
+    if (before) assert.deepEqual(seen(), before, what);
+    await own.act(() => page.back());
+  }
+});
+
+test("a studio that comes back with other devices offers those, and shows the first of them", async () => {
+  const { $, answer, socket } = await open();
+  answer();
+  socket.close(); wait(300);
+  const again = Socket.all.at(-1);
+  again.open(); again.give({ ...HELLO, devices: ["new-pump"], presets: { newer: "a newer set" } });
+  assert.deepEqual([$("subject").options.map((o) => o.value), $("subject").value, again.last.setting.device], [["device:new-pump", "preset:newer"], "device:new-pump", "new-pump"]);
+});
+
+test("a second setting is drawn as soon as it is there, and no more once it is left, before any answer", async () => {
+  const { $, answer } = await open(), g = $("time").querySelector("canvas").getContext();
+  answer();
+  for (const there of [true, false]) {
+    forget(g); $("compare").click();
+    assert.deepEqual([g.calls.some((c) => c.strokeStyle === LIGHT.a), g.calls.some((c) => c.strokeStyle === LIGHT.b)], [true, there]);
+  }
+});
+
+test("a file that was asked for before the connection was lost can be asked for again", async () => {
+  const { $, answer, socket } = await open(), png = () => $("saver").querySelector('[data-format="png"]');
+  answer(); $("save").click(); png().click();
+  assert.equal(png().disabled, true);
+  socket.close();
+  assert.equal(png().disabled, false);
+});
+
+test("a drag over any picture goes on beyond its edge", async () => {
+  const { act } = await attended("#device=biased-pump"), press = (canvas) => { for (const event of ["down", "up"]) canvas[`onpointer${event}`]({ clientX: 330, clientY: 220, pointerId: 5 }); return canvas.captured; };
+  assert.equal(press(document.getElementById("cone")), 5); // on its gauge
+  for (const view of ["time", "map", "strip", "envelope"]) {
+    if (view !== "time") await act(() => click(`[data-tab="${view}"]`));
+    assert.equal(press(document.querySelector(`#${view} canvas`)), 5, view);
+  }
+});
+
+test("each part of the page has a name of its own, which its tabs share, and each tab its view", async () => {
+  await open("#device=biased-pump", false);
+  const label = (e) => e.getAttribute("aria-label"), panels = document.querySelectorAll(".panel[data-place]");
+  for (const panel of panels) {
+    const [list] = panel.querySelectorAll('[role="tablist"]'), tabs = panel.querySelectorAll('[role="tab"]'), views = panel.querySelectorAll(".view");
+    assert.equal(label(list), label(panel));
+    assert.deepEqual(views.map((view) => [view.dataset.view, view.id, view.getAttribute("role")]), tabs.map((tab) => [tab.dataset.tab, tab.dataset.tab, "tabpanel"]));
+  }
+  const names = ["section", "aside", "dialog", "canvas", "ul", "div", "span", "select", "input"].flatMap((tag) => document.querySelectorAll(tag)).filter((e) => label(e) && e.getAttribute("role") !== "tablist").map(label);
+  assert.deepEqual(names.toSorted(), [...new Set(names)].sort());
 });

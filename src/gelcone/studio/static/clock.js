@@ -32,7 +32,8 @@ export class Clock {
     this.at = Math.min(Math.max(time, 0), this.length()); this.moved = true; this.wakes();
   }
 
-  look() { return this.looks.a ?? this.looks.b; }
+  // The look that gives period, units and end: of two settings that which is changed, as soon as it is there.
+  look() { return [this.looks[this.looks.active], this.looks.a, this.looks.b].find((look) => look?.t); }
 
   scene(look) { return sceneOf(look, this.looks.motion); }
 
@@ -54,7 +55,7 @@ export class Clock {
 
   tick(now) {
     const look = this.look();
-    if (!look?.t) { this.before = now; return; }
+    if (!look) { this.before = now; return; }
     const length = this.length(), period = look.words.period;
     if (this.playing && this.before !== null) {
       const seconds = this.speed.value === "real" ? period / 1000 : Number(this.speed.value) || 2;
@@ -79,7 +80,7 @@ export class Clock {
     this.scrub.setAttribute("aria-valuetext", text);
   }
 
-  time() { return this.look()?.t ? this.at : null; }
+  time() { return this.look() ? this.at : null; }
 
   // The state of a look at the time shown, interpolated, with state, thickness and field of each film; null after the end
   // of the run.

@@ -1,6 +1,7 @@
 // Pictures and films of the page, with a caption.
 import { colours } from "./colours.js";
 import { typeset } from "./controls.js";
+import { broken } from "./plot.js";
 
 const LINE = 20, EDGE = 16, FONT = "14px system-ui, 'Segoe UI', Roboto, sans-serif";
 const RATE = 25; // pictures a second
@@ -12,17 +13,6 @@ export function caption(name, look, values) {
   const numbers = [...(look.numbers?.values() ?? [])].sort((p, q) => p.place - q.place).map((own) => `${own.name} ${own.text}`);
   const changed = Object.entries(values).map(([parameter, text]) => `${parameter.replaceAll("_", " ")} ${text}`);
   return [`${name}: ${kind}`, numbers.join(", "), changed.length ? `with ${changed.join(", ")}` : "", "gelcone studio"].filter(Boolean).map(typeset);
-}
-
-// A text broken into lines of at most a number of pixels.
-/** @param {{measureText: (text: string) => {width: number}}} g @param {string} text @param {number} most @returns {string[]} */
-export function broken(g, text, most) {
-  const lines = [""];
-  for (const word of text.split(" ")) {
-    const longer = `${lines.at(-1)} ${word}`.trim();
-    if (lines.at(-1) && g.measureText(longer).width > most) lines.push(word); else lines[lines.length - 1] = longer;
-  }
-  return lines;
 }
 
 // A layout of pictures of these sizes, two per row: their places, and the size of the whole.

@@ -7,7 +7,7 @@ export function renewed(before, head, arrays) {
   delete look.lines; delete look.late; delete look.problem; delete look.unmade; delete look.unmeasured;
   look.numbers = new Map([...(before.numbers ?? [])].map(([name, own]) => [name, { ...own, old: true }]));
   for (const name of ["spectrum", "statics"]) if (look[name]) look[name] = { ...look[name], old: true };
-  if (head.words.ended) look.ox = look.px = look.settled = look.shares = undefined;
+  if (head.words.ended) look.ox = look.px = look.settled = look.shares = look.extent = undefined;
   return look;
 }
 
@@ -35,5 +35,5 @@ export function missing(look, { stage, message }) {
   if (look[stage]?.old) delete look[stage];
   if (stage !== "kind") return;
   for (const [name, { old }] of look.numbers) if (old) look.numbers.delete(name);
-  Object.assign(look, { ox: undefined, px: undefined, settled: null, shares: undefined });
+  Object.assign(look, { ox: undefined, px: undefined, settled: null, shares: undefined, extent: undefined });
 }

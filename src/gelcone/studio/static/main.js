@@ -44,7 +44,7 @@ const unknown = { a: true, b: true }; // whether the controls of a side have not
 const ageing = {}; // timers that fade the settled motion of an older setting
 let held = 0; // end of the wait for an answer
 /** @type {Record<string, any>} */
-const timers = {}, last = {}; // timers by purpose; the last address and legend written
+const timers = {}, last = {}; // timers by purpose; the address of the last step, none if it was wrong, and the last legend
 const studio = (/** @type {any} */ (window).studio = { looks, painted: 0 });
 
 const setting = (side = state.side) => state[side];
@@ -80,7 +80,7 @@ const saver = new Saver($("saver"), { ask: (kind, content) => link.ask(kind, con
 const gallery = new Gallery($("gallery"), { ask: (kind, content) => link.ask(kind, content), choose });
 const link = new Link(tokenOf(location.search, () => sessionStorage), {
   opened: () => { $("lost").hidden = true; link.ask("hello"); },
-  lost: () => { $("lost").hidden = false; $("anew").hidden = link.failures < FAILURES; grids.lost(); faded(true); },
+  lost: () => { $("lost").hidden = false; $("anew").hidden = link.failures < FAILURES; grids.lost(); saver.lost(); faded(true); },
   message,
 });
 
@@ -143,7 +143,10 @@ function keep(step) {
 function written(step) {
   const text = `#${address.write({ ...state, a: good.a ?? state.a, b: state.b && (good.b ?? state.b) })}`;
   if (!step || text === last.address) history.replaceState(null, "", text);
-  else history.pushState(null, "", text);
+  else {
+    if (last.address !== undefined) history.replaceState(null, "", last.address); // which a slider that rested has overwritten
+    history.pushState(null, "", text);
+  }
   if (step) last.address = text;
 }
 
@@ -320,8 +323,8 @@ function message(head, arrays) {
 
 const ANSWERS = {
   subject(head) {
-    const other = good[head.side] && subjectOf(good[head.side]) !== subjectOf(asks[head.side].find((ask) => ask.id === head.id)?.setting ?? good[head.side]);
-    if (other) { // another subject has other axes, and a preset has no envelope
+    const before = good[head.side], ask = asks[head.side].find((own) => own.id === head.id);
+    if (before && ask?.step && subjectOf(before) !== subjectOf(ask.setting)) { // another subject has other axes, and a preset has no envelope
       Object.assign(state, { x: null, y: null, over: null });
       if (state.right === "envelope" && setting(head.side).preset) tab("right", "map");
     }
@@ -375,7 +378,7 @@ function begin(head) {
   if (next.odd.length) notices.add(next.odd.join(" "));
   apply(next);
   if (next.odd.length) for (const side of sides()) asks[side].at(-1).step = false; // rewrites the address
-  last.address = location.hash;
+  last.address = next.odd.length ? undefined : location.hash;
   if (empty) gallery.show(hello);
 }
 
@@ -418,6 +421,7 @@ function fallBack(side, { values, ...subject }, { control, message }) {
     notices.add(`${message} (${hello.devices[0]} is shown instead)`);
     subjectShown();
   } else return notices.add(message);
+  last.address = undefined;
   look(side, true, false);
 }
 
@@ -512,8 +516,9 @@ for (const panel of all(".panel[data-place]")) {
   for (const t of tabs) Object.assign(t, { type: "button", onclick: () => openTab(panel.dataset.place, t.dataset.tab), onkeydown: (event) => turned(event.key, t, tabs) });
 }
 addEventListener("popstate", () => { clearTimeout(timers.keep); last.address = location.hash; apply(address.read(location.hash, hello.devices[0])); });
-addEventListener("dragover", (event) => { if ([.../** @type {any} */ (event).dataTransfer.types].includes("Files")) event.preventDefault(); });
-addEventListener("drop", (event) => { event.preventDefault(); opened([.../** @type {any} */ (event).dataTransfer.files]); });
+const withFiles = (/** @type {any} */ event) => [...event.dataTransfer.types].includes("Files"); // not a text that is dropped into a field
+addEventListener("dragover", (event) => { if (withFiles(event)) event.preventDefault(); });
+addEventListener("drop", (event) => { if (withFiles(event)) { event.preventDefault(); opened([.../** @type {any} */ (event).dataTransfer.files]); } });
 
 // The subject in the address is shown until the server sends its lists.
 const first = address.read(location.hash, "").a;

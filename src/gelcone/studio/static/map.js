@@ -142,7 +142,7 @@ export class MapPanel extends Panel {
 
   draw(p) {
     const { x, y } = this.page.state() ?? {};
-    if (!x || !y || !this.legend()) return;
+    if (!x || !y) return;
     p.axes(x.slice(1), y.slice(1), { xLabel: labelled(this.control(x[0])), yLabel: labelled(this.control(y[0])) });
     const c = this.control(x[0]), d = this.control(y[0]);
     this.out.disabled = x[1] === c?.low && x[2] === c?.high && y[1] === d?.low && y[2] === d?.high;

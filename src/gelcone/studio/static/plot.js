@@ -25,6 +25,17 @@ export function extent(...arrays) {
   return [low, high];
 }
 
+// A text broken into lines of at most a number of pixels.
+/** @param {{measureText: (text: string) => {width: number}}} g @param {string} text @param {number} most @returns {string[]} */
+export function broken(g, text, most) {
+  const lines = [""];
+  for (const word of text.split(" ")) {
+    const longer = `${lines.at(-1)} ${word}`.trim();
+    if (lines.at(-1) && g.measureText(longer).width > most) lines.push(word); else lines[lines.length - 1] = longer;
+  }
+  return lines;
+}
+
 const NOTHING = 1e-9, LEAST = 1e-6; // values up to this are rounding; the least size of a range
 
 // An axis range that contains the data and changes only if necessary, so that plots stay steady under a slider.
@@ -202,12 +213,9 @@ export class Plot {
 
   // Writes a centred text in lines of at most a number of pixels.
   paragraph(text, px, py, most) {
-    const g = this.context, lines = [""];
+    const g = this.context;
     g.font = FONT;
-    for (const word of text.split(" ")) {
-      const longer = `${lines.at(-1)} ${word}`.trim();
-      if (g.measureText(longer).width > most) lines.push(word); else lines[lines.length - 1] = longer;
-    }
+    const lines = broken(g, text, most);
     lines.forEach((line, k) => this.label(line, px, py + 15 * (k - (lines.length - 1) / 2), { align: "center" }));
   }
 

@@ -6,6 +6,7 @@ const WHAT = { simulate: "Time response", section: "Phase portrait: section", sp
 const FORMATS = { nc: "netCDF", png: "PNG", svg: "SVG" };
 const KINDS = { nc: "application/x-netcdf", png: "image/png", svg: "image/svg+xml", toml: "application/toml" };
 const FILM_SECONDS = 8;
+const LOST = "The connection is lost; save again once it is back.";
 const TAB = { time: "simulate", spectrum: "spectrum" };
 
 export class Saver {
@@ -15,7 +16,7 @@ export class Saver {
     Object.assign(this, { dialog, page, id: null, codeId: null });
     this.what = make("select", { "aria-label": "What to save", onchange: () => this.ask() }, ...Object.entries(WHAT).map(([name, text]) => new Option(text, name)));
     this.command = make("pre", { tabIndex: 0 }); this.python = make("pre", { tabIndex: 0 });
-    this.device = make("button", { type: "button", textContent: "Device file", "data-format": "toml", title: "The device with its current values, as a file for the command line", onclick: () => { this.id = this.page.ask("device", { setting: this.page.setting() }); } });
+    this.device = make("button", { type: "button", textContent: "Device file", "data-format": "toml", title: "The device with its current values, as a file for the command line", onclick: () => this.request("device", { setting: this.page.setting() }) });
     this.status = make("span", { role: "status" });
     this.buttons = Object.entries(FORMATS).map(([format, text]) => make("button", { type: "button", textContent: text, "data-format": format, onclick: () => this.get(format) }));
     this.picture = make("button", { type: "button", textContent: "Picture", title: "Cone and plots as they are on the page, with a caption", onclick: () => this.takePicture() });
@@ -50,10 +51,18 @@ export class Saver {
   ask() { this.codeId = this.page.ask("code", this.content()); }
 
   get(format) {
-    this.id = this.page.ask("export", { ...this.content(), format });
     this.status.textContent = "computing …";
     for (const button of this.buttons) button.disabled = true;
+    this.request("export", { ...this.content(), format });
   }
+
+  request(kind, content) {
+    this.id = this.page.ask(kind, content);
+    if (this.id === null) this.done(LOST);
+  }
+
+  // Gives up the file that was asked for: after a lost connection it does not come.
+  lost() { if (this.id !== null) this.done(LOST); }
 
   done(text) {
     this.id = null; this.status.textContent = text;
@@ -96,7 +105,7 @@ export class Saver {
   }
 
   failed(head) {
-    if (head.id !== this.id && head.id !== this.codeId) return false;
+    if (head.id === null || (head.id !== this.id && head.id !== this.codeId)) return false;
     this.done(head.message);
     return true;
   }

@@ -81,7 +81,7 @@ export class StripPanel extends Panel {
 
   draw(p) {
     const { over } = this.page.state() ?? {};
-    if (!over || !this.legend()) return;
+    if (!over) return;
     const axes = this.page.look()?.about?.axes;
     const cells = [...this.cells.values()], ends = cells.flatMap(([, , low, high]) => [low, high]).filter(Number.isFinite);
     p.axes(over.slice(1), this.range.fit(extent(ends, this.branches?.section ?? [], ...cells.map(([, points]) => points))), { xLabel: labelled(this.control(over[0])), yLabel: axes ? `${axes.displacement}: once per period; shaded: range` : "" });
