@@ -101,6 +101,11 @@ test("slack films wave and are pleated: around, from rim to disc, or both", () =
     return Math.max(...points.map(([x, y]) => Math.abs((x - x0) * (y1 - y0) - (y - y0) * (x1 - x0)) / Math.hypot(x1 - x0, y1 - y0))) < 0.01;
   };
   assert.deepEqual([0, 1, 2, 3, 4].map(straight), [true, true, false, false, true]);
+  for (const film of [2, 3]) { // each wave goes as far to either side, across the film
+    const { g } = cone([{ films: [film, 0] }]), points = g.calls.filter((c) => c.name === "lineTo" && c.strokeStyle === FILM[film] && c.lineWidth > 2).map((c) => c.args).slice(0, 49), [[x0, y0]] = points, [x1, y1] = points[48];
+    const along = points.map(([x, y]) => ((x - x0) * (x1 - x0) + (y - y0) * (y1 - y0)) / ((x1 - x0) ** 2 + (y1 - y0) ** 2)), across = points.map(([x, y]) => ((x - x0) * (y1 - y0) - (y - y0) * (x1 - x0)) / Math.hypot(x1 - x0, y1 - y0));
+    assert.ok(along.every((share, i) => near(share, i / 48, 1e-9)) && across.every((v, i) => near(v, -across[48 - i], 1e-9)));
+  }
 });
 
 test("the gauge is filled from zero to the voltage", () => {
@@ -365,11 +370,11 @@ const channels = (css) => (css.startsWith("#") ? [1, 3, 5].map((k) => parseInt(c
 
 test("the field brightens a film with its square, at breakdown to 55 % of the way to white, each ring by its own stretch", () => {
   const toWhite = (css) => { const [r, , b] = channels(css), [p, , q] = channels(LIGHT.taut); return ((r - p) / (255 - p) + (b - q) / (255 - q)) / 2; };
-  const shape = [[8, 1, 3], [20, 0.4, 2], [30, 0, 1]].map(([radius, rise, stretch]) => ({ radius, rise, stretch, wrinkled: false }));
+  const shape = (...stretches) => [[8, 1], [20, 0.4], [30, 0]].map(([radius, rise], k) => ({ radius, rise, stretch: stretches[k], wrinkled: false }));
   const lines = (field, shapes) => [...new Set(cone([{ thin: [1], field: [field], shapes }]).g.calls.filter((c) => c.name === "lineTo" && c.lineCap === "round").map((c) => c.strokeStyle))].map(toWhite);
   for (const field of [0.5, 0.9, 1]) {
     assert.ok(near(lines(field, [null, null])[0], 0.55 * field ** 2, 0.01), `${field}`);
-    for (const [k, stretch] of [2.5, 1.5].entries()) assert.ok(near(lines(field, [shape, null])[k], 0.55 * (field * (stretch / 3)) ** 2, 0.01), `${field} ${stretch}`);
+    for (const [most, ...means] of [[shape(3, 2, 1), 2.5, 1.5], [shape(1, 3, 2), 2, 2.5]]) for (const [k, stretch] of means.entries()) assert.ok(near(lines(field, [most, null])[k], 0.55 * (field * (stretch / 3)) ** 2, 0.01), `${field} ${stretch}`);
   }
 });
 
@@ -407,4 +412,18 @@ test("two settings of one subject have one scale, of two each its own", () => {
   const rims = (...names) => { const { g } = cone([{ name: names[0], high: 20 }, { name: names[1], high: 90 }]); return g.calls.filter((c) => c.name === "ellipse" && c.strokeStyle === LIGHT.steel).map((c) => c.args[2]); };
   assert.equal(new Set(rims("pump", "pump")).size, 1);
   assert.equal(new Set(rims("pump", "cone")).size, 2);
+});
+
+test("a cone is drawn as by one that has drawn nothing before, whatever it has drawn", () => {
+  const ring = (radius, rise, wrinkled) => ({ radius, rise, stretch: 1.2, wrinkled }), shape = [ring(8, 1, true), ring(15, 0.4, true), ring(22, 0.2, false), ring(26, 0.1, false), ring(30, 0, false)];
+  const pictures = [[{ name: "one" }, { name: "other" }], [{ films: [1, 0] }], [{ about: { ...ABOUT, second: 25, bias: "weight+beam" }, films: [3, 2], thin: [0.5, 0.7], field: [0.4, 0.9] }], [{ shapes: [shape], field: [0.5], name: "one" }, { films: [2, 2], name: "one" }], [{ trail: [1, 2, 3], height: -3, low: -4 }], [{ about: { ...ABOUT, bias: "force" }, volts: [0, 0], voltage: 0 }]];
+  const { own, g } = cone([{}]);
+  for (const sides of [...pictures, ...pictures.toReversed()]) {
+    const fresh = cone(sides);
+    fresh.g.calls.splice(0, fresh.g.calls.findIndex((c) => c.name === "setTransform")); // the ground of a canvas without a picture
+    forget(g); own.draw(sides.map((side) => ({ about: ABOUT, height: 10, films: [0, 0], low: 0, high: 20, volts: [-1000, 2000], voltage: 500, heightText: "10 mm", voltageText: "500 V", ...side })));
+    assert.deepEqual(g.calls.map(({ name, args }) => [name, args]), fresh.g.calls.map(({ name, args }) => [name, args]));
+    assert.deepEqual(drawn(g), drawn(fresh.g));
+    assert.deepEqual(own.grips.map(({ box }) => box), fresh.own.grips.map(({ box }) => box));
+  }
 });

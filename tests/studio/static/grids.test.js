@@ -71,6 +71,31 @@ test("what went wrong is said in the panel, and after a lost connection all is a
   }
 });
 
+test("what went wrong is said no more once it is asked for again, by another setting or by another look", () => {
+  for (const kind of ["map", "strip", "envelope"]) {
+    const { grids, panel, id, p, state, setting } = setUp(kind), read = () => texts(p.context).join(" "), fail = () => { forget(p.context); grids.failed({ id: id(), message: "no such range" }); };
+    fail();
+    assert.match(read(), /no such range$/);
+    setting.values = { film_thickness: "0.3 mm" }; grids.changed(); wait(500);
+    assert.match(read(), /computing[^.]* …$/, kind);
+    fail(); panel.stale = true;
+    state.right = kind === "map" ? "strip" : "map"; grids.opened();
+    state.right = kind; grids.opened();
+    assert.match(read(), /computing[^.]* …$/, kind);
+  }
+});
+
+test("how far a panel is, is said while it is open alone", () => {
+  for (const [kind, other] of [["map", "strip"], ["strip", "envelope"], ["envelope", "map"]]) {
+    const { grids, id, state, said } = setUp(kind);
+    grids.message({ kind: "done", id: id() }, {}); grids.message({ kind: kind === "map" ? "followed" : "branches", id: id() }, {});
+    state.right = other; grids.opened();
+    assert.equal(said(), "0 %");
+    state.right = kind; grids.opened();
+    assert.equal(said(), "", kind);
+  }
+});
+
 test("what has all its cells is not begun again for the branches and bifurcations that were still followed", () => {
   for (const [kind, other] of [["strip", "map"], ["map", "strip"]]) {
     const { grids, panel, state, asked, id } = setUp(kind), again = () => asked.filter(([own]) => own === kind).length;

@@ -23,7 +23,9 @@ test("every cell is painted in its place and in the colour of its kind", () => {
   grids.message({ kind: "cells", id: id(), share: 0.5 }, found);
   draw();
   assert.equal(said(), "50 %");
-  image = panel.canvas.getContext("2d").calls.findLast((c) => c.name === "putImageData").args[0].data;
+  const put = panel.canvas.getContext("2d").calls.findLast((c) => c.name === "putImageData").args;
+  image = put[0].data;
+  assert.deepEqual(put.slice(1), [0, 0]);
   const colour = (i, j) => `#${[...image.slice(4 * ((48 - j) * 65 + i), 4 * ((48 - j) * 65 + i) + 3)].map((v) => v.toString(16).padStart(2, "0")).join("")}`;
   assert.deepEqual([colour(1, 0), colour(0, 48), colour(64, 0), colour(41, 48), colour(40, 30), colour(0, 0)], ["#777777", "#0072b2", "#d55e00", "#d55e00", "#777777", LIGHT.line]);
   const { args } = p.context.calls.findLast((c) => c.name === "drawImage"), wide = (p.right - p.left) / 64, tall = (p.bottom - p.top) / 48;
@@ -137,6 +139,11 @@ test("a click on the map goes to its values, and the ring stands at the setting"
 });
 
 test("a drag over the map zooms to it, and Whole goes back", () => {
+  for (const [x, y] of [[[400, 1200], [5, 15]], [[90, 1000], [0.9, 10]], [[80, 90], [9, 10]]]) for (const [a, b] of [[0, 1], [1, 0]]) for (const [c, d] of [[0, 1], [1, 0]]) {
+    const own = setUp(), at = (k, l) => pointer(own.p, own.p.X(x[k]), own.p.Y(y[l]));
+    own.canvas.onpointerdown(at(a, c)); own.canvas.onpointermove(at(b, d)); own.canvas.onpointerup(at(b, d));
+    assert.deepEqual([own.state.x, own.state.y], [["voltage_amplitude", ...x], ["frequency", ...y]]);
+  }
   const { panel, p, canvas, state, asked } = setUp();
   const [from, to] = [[p.X(400), p.Y(15)], [p.X(1200), p.Y(5)]];
   canvas.onpointerdown(pointer(p, ...to)); canvas.onpointermove(pointer(p, ...from));
@@ -201,6 +208,9 @@ test("keys move the setting by a cell and zoom about it", () => {
   assert.deepEqual([asked.at(-1)[0], asked.at(-1)[1].x, steps], ["map", state.x, [true]]); // as a drag does
   key("-"); key("-");
   assert.deepEqual(state.x, ["voltage_amplitude", 0, 3200]);
+  Object.assign(state, { x: ["voltage_amplitude", 700, 900], y: ["frequency", 9, 11] }); // about 800 V and 10 Hz
+  key("-");
+  assert.deepEqual([state.x, state.y], [["voltage_amplitude", 600, 1000], ["frequency", 8, 12]]);
 });
 
 test("another parameter along an axis is asked for, never the same on both", () => {
@@ -288,6 +298,16 @@ test("the ground of a name over a map is measured in the letters in which the na
     const [, left, top, right, bottom] = boxes(p.context).find(([text]) => text === c.args[0]), [x, y, w, h] = grounds[k];
     assert.equal(c.font, widths.get(c.args[0]), c.args[0]);
     assert.ok(near(left - x, 5) && near(x + w - right, 5) && top - y > 1 && near(top - y, y + h - bottom), c.args[0]); // the same room on both sides
+  }
+});
+
+test("what is over other ranges or parameters shows nothing of the cells before", () => {
+  const { grids, panel, id, p } = setUp(), drag = () => { panel.down(pointer(p, 200, 100)); panel.move(pointer(p, 400, 300)); panel.up(pointer(p, 400, 300)); };
+  for (const act of [drag, () => panel.out.onclick(), () => panel.pressed({ key: "+", preventDefault() {} }), () => { panel.x.value = "film_thickness"; panel.x.onchange(); }]) {
+    grids.message({ kind: "cells", id: id(), share: 1 }, cells(() => 1)); draw();
+    assert.equal(panel.names.parts.length, 1);
+    forget(p.context); act();
+    assert.deepEqual([p.context.calls.findLastIndex((c) => c.name === "drawImage") < p.context.calls.findLastIndex((c) => c.name === "fillRect"), texts(p.context).includes("computing …"), panel.names.parts.length], [true, true, 0]);
   }
 });
 

@@ -26,6 +26,7 @@ test("separators, decimal commas, a byte order mark and units in either line are
 
 test("a curve may have two heights at one time or voltage, as at a jump", () => {
   for (const name of ["time (ms)", "voltage (V)"]) assert.deepEqual([...readMeasured("a.csv", `${name},height (mm)\n1,5\n1,6\n2,6\n`).along], [1, 1, 2]);
+  assert.deepEqual([...readMeasured("a.csv", "voltage (V),height (mm)\n1,5\n2,6\n1,5.5\n").along], [1, 2, 1]); // up and down again
 });
 
 test("what is wrong is refused in one line that names the file", () => {
@@ -126,4 +127,9 @@ test("a measured voltage over time stands on the computed one where they are the
   const points = calls.filter((c) => c.name === "fillRect" && c.fillStyle === LIGHT.ink && c.args[2] === 1.5).map(({ args: [x, y, w] }) => [x + w / 2, y + w / 2]);
   assert.equal(points.length, 3);
   points.forEach((at, k) => assert.ok(near(at[0], line[k][0], 1e-6) && near(at[1], line[k][1], 1e-6)));
+});
+
+test("a curve that goes up and down again is whole in its picture", () => {
+  const own = readMeasured("loop.csv", "voltage (V),height (mm)\n0,12\n3000,40\n0,12.5\n"), p = panel(staticsPanel, { measured: [own] });
+  assert.ok(p.x[1] >= 3000 && p.y[1] >= 40, `${p.x} ${p.y}`);
 });

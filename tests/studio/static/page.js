@@ -252,7 +252,7 @@ export function browser(hash = "", search = "?token=secret") {
   put("WebSocket", Socket);
   page.media = {};
   put("matchMedia", (query) => (page.media[query] ??= { matches: false }));
-  put("getComputedStyle", () => ({ getPropertyValue: (name) => ({ ...LIGHT, ...(root.dataset.theme === "dark" ? DARK : {}) })[name.slice(2)] ?? "" }));
+  put("getComputedStyle", () => ({ getPropertyValue: (name) => ` ${({ ...LIGHT, ...(root.dataset.theme === "dark" ? DARK : {}) })[name.slice(2)] ?? ""}` })); // with its space, as in older browsers
   put("ResizeObserver", class { constructor(does) { page.observers.push(does); } observe() {} });
   put("requestAnimationFrame", (does) => { page.frames.push(does); return page.frames.length; });
   put("addEventListener", (name, does) => { (page.listeners ??= {})[name] = does; });

@@ -166,6 +166,8 @@ test("a slider that rested before it was released is one step of the history, to
   assert.deepEqual([page.steps.length - begun, location.hash.includes("frequency=")], [0, true]);
   slider().onchange(); answer(); wait(300);
   assert.equal(page.steps.length - begun, 1);
+  slider().value = "400"; slider().onchange(); slide("voltage_amplitude", 100); answer(); wait(300); // both are answered at once
+  assert.equal(page.steps.length - begun, 2);
 });
 
 test("an address gives the length of the run and the locks, and going back takes back all that is not in it", async () => {
@@ -620,18 +622,20 @@ async function attended(hash) {
   return { act, socket, $: (id) => document.getElementById(id) };
 }
 
-// What was drawn last on a canvas.
-function seenLast(canvas) {
+// What was drawn last on a canvas, and where: ranges of plots over data depend on what they have shown before.
+function lastCalls(canvas) {
   const { calls } = canvas.getContext(), from = calls.findLastIndex((c) => c.name === "fillRect" && c.fillStyle === colours().panel && c.args[2] === SIZE[0]);
-  return drawn({ calls: calls.slice(from) });
+  return calls.slice(from);
 }
+const seenLast = (canvas) => drawn({ calls: lastCalls(canvas) });
+const placedLast = (canvas) => lastCalls(canvas).filter(({ args }) => args.every((own) => typeof own !== "object")).map(({ name, args }) => `${name} ${args.join()}`);
 
 // What is seen: the address, elements, marks over parameters, and of each picture in sight what was drawn last.
 function seen() {
   const canvases = [document.getElementById("cone"), ...document.querySelectorAll(".view.shown .plot canvas")];
   return {
     address: location.hash, body: ["header", "aside", "#badges", "#film-legend", "#motion"].map((one) => made(document.querySelector(one))), views: document.querySelectorAll(".view.shown").map(made), classes: document.body.className,
-    marks: document.querySelectorAll(".grid.shown .mark").map((own) => [own.className, own.hidden || own.style.transform]), pictures: canvases.map(seenLast),
+    marks: document.querySelectorAll(".grid.shown .mark").map((own) => [own.className, own.hidden || own.style.transform]), pictures: canvases.map(seenLast), places: [document.getElementById("cone"), ...document.querySelectorAll("#map.shown canvas, #envelope.shown canvas")].map(placedLast),
   };
 }
 const click = (selector) => document.querySelector(selector).click();
@@ -689,6 +693,17 @@ test("evidence of an older question is shown until its own comes, but not of one
   assert.equal(kind(), "Seems to repeat …");
 });
 
+test("evidence of a second setting that was left and is there again waits for its run", async () => {
+  const { answer, last, socket, studio } = await open("#device=biased-pump&b.device=soft-film&side=b"), both = location.hash, back = (hash) => { location.hash = hash; page.listeners.popstate(); };
+  answer();
+  const { id } = last("look");
+  back("#device=biased-pump"); back(both);
+  for (const kind of ["kind", "numbers", "section", "spectrum", "statics", "late"]) socket.give({ kind, id, side: "b", stage: "kind", words: KIND });
+  assert.equal(studio.looks.b, undefined);
+  answer();
+  assert.equal(studio.looks.b.lines, undefined);
+});
+
 test("a page at rest draws its cone and plots anew when they are given another size", async () => {
   const from = page.observers.length, { $ } = await attended("#device=biased-pump"), canvases = [$("cone"), $("time").querySelector("canvas")];
   for (const canvas of canvases) forget(canvas.getContext());
@@ -732,7 +747,7 @@ test("going back leads through all that was done, each time to the page as it wa
   const axis = (view, name) => { const select = document.querySelector(`#${view} select`); select.value = name; select.onchange(); };
   note("at first");
   for (const [what, ...acts] of [
-    ["a slider that rested on its way", () => slide("frequency", 300), () => slide("frequency", 500), () => slide("frequency", 500, "onchange")], ["the map over another parameter", () => axis("map", "disc_radius")], ["the sweep", () => click('[data-tab="strip"]')],
+    ["a slider that rested on its way", () => slide("frequency", 300), () => slide("frequency", 500), () => slide("frequency", 500, "onchange")], ["a lock", () => click('[data-name="voltage_amplitude"] .lock')], ["the map over another parameter", () => axis("map", "disc_radius")], ["the sweep", () => click('[data-tab="strip"]')],
     ["over another parameter", () => axis("strip", "disc_radius")], ["another device", () => choose("#subject", "device:soft-film")], ["its map over another parameter", () => { click('[data-tab="map"]'); }, () => axis("map", "disc_radius")], ["a set", () => choose("#subject", "preset:base")],
     ["two settings", () => click("#compare")], ["a value of the second", () => slide("frequency", 100, "onchange")], ["the first", () => click("#side-a")], ["its device", () => choose("#subject", "device:biased-pump")], ["the envelope", () => click('[data-tab="envelope"]')], ["its set", () => choose("#subject", "preset:other")],
   ]) {
@@ -771,6 +786,35 @@ test("a file that was asked for before the connection was lost can be asked for 
   assert.equal(png().disabled, true);
   socket.close();
   assert.equal(png().disabled, false);
+});
+
+test("the error of a change stands at what was changed: set, set again, or reset", async () => {
+  const { answer, socket, last } = await open(), wrong = () => document.querySelectorAll(".control").filter((row) => row.classList.has("wrong")).map((row) => row.dataset.name);
+  answer();
+  for (const act of [() => slide("frequency", 300, "onchange"), () => slide("frequency", 310, "onchange"), () => click('[data-name="frequency"] .reset')]) {
+    act();
+    socket.give({ kind: "error", id: last("look").id, side: "a", control: "voltage_amplitude", message: "voltage_amplitude: too high for that" });
+    assert.deepEqual(wrong(), ["frequency"]);
+    slide("frequency", 320, "onchange"); answer();
+    assert.deepEqual(wrong(), []);
+  }
+});
+
+test("an opened device has the name in its file, whichever side it is on", async () => {
+  const { $, answer, socket } = await open("#file=first&b.file=second"), give = (side, name) => { $(`side-${side}`).click(); answer(RUN(), { name }); };
+  give("a", "one"); give("b", "another");
+  forget($("cone").getContext()); go(500); draw();
+  assert.deepEqual(texts($("cone").getContext()).filter((text) => text.includes("scale")), ["A one, in its own scale", "B another, in its own scale"]);
+});
+
+test("whatever can be pressed, set or read has its own name", async () => {
+  await open("#device=biased-pump", false);
+  const name = (e) => e.getAttribute("aria-label") ?? (document.querySelectorAll("label").find((own) => own.all().includes(e))?.querySelector("span")?.textContent || e.textContent);
+  const names = (selector) => document.querySelectorAll(selector).filter((e) => e.id && e.id !== "address").map((e) => `${e.id}: ${name(e)}`);
+  assert.deepEqual(names("header button, header select, header input"), ["subject: Device or preset", "browse: Gallery", "open: Open…", "file: Device file or measured curve", "unmeasure: Measured ×", "side-a: A", "side-b: B", "compare: Compare", "share: Copy link", "save: Save…", "theme: Light or dark"]);
+  assert.deepEqual(names("main select, main input, main canvas, #play"), ["cone: The cone in cross-section and in perspective", "play: Pause", "scrub: Time in the run", "speed: Speed", "periods: Length of the run"]);
+  assert.deepEqual(document.querySelectorAll("[role=\"tablist\"], [role=\"group\"], #film-legend").map((e) => e.getAttribute("aria-label")), ["Which setting the controls change", "Groups of parameters", "Colours of the film", "Part of the motion, here and in all plots", "Over time", "States", "Over parameters"]);
+  assert.deepEqual(document.querySelectorAll('[role="status"], [role="alert"]').map((e) => e.id).filter(Boolean), ["notices", "lost", "general", "badges", "grid-share", "toast"]);
 });
 
 test("a drag over any picture goes on beyond its edge", async () => {

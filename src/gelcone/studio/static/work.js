@@ -98,11 +98,13 @@ export class Panel {
     clearTimeout(this.timer);
     const content = this.request();
     if (!content) return;
+    const wrong = this.problem;
     this.problem = ""; this.key = this.basis();
     this.stale = false; this.filled = false;
     this.id = this.page.ask(this.kind, { setting: this.page.setting(), ...content });
     this.running = this.id !== null;
     if (!this.running) this.stale = true;
+    if (wrong) this.plot.redraw();
     this.grids.say(this.running ? "0 %" : "");
   }
 
