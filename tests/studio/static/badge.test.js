@@ -158,3 +158,17 @@ test("the kind of motion is written so that it can be read on its colour", () =>
     assert.deepEqual([own.rows.get("a").kind.style.background, own.rows.get("a").kind.style.color], [colour, ink]);
   }
 });
+
+test("a badge says the same, whatever it has said before", () => {
+  const numbers = (more = {}) => new Map(["stroke", "lag"].map((name, place) => [name, { name, place, text: `${place} mm`, value: place + 1, ...more }])), words = { shares: [{ code: 0, share: 1 }], seems: "seems to repeat", ended: "" }, about = { film: FILM, si: true, strength: true };
+  const looks = [{}, { lines: ["chaotic", "one"], regime: 3, numbers: numbers() }, { numbers: numbers({ old: true }) }, { words: { ...words, ended: "pulled in", seems: "it pulls in" }, numbers: new Map([["pull-in", { name: "pull-in", place: 6, text: "1 kV", value: 1, peak: 1.5 }]]) }, { late: "too long", numbers: numbers() }, { about: { ...about, stands: true } }, { about, unmade: "too close", lines: ["rest", "still"], regime: 0, numbers: new Map() }, { shares: [{ code: 4, share: 0.5 }], lines: ["periodic", "two"], regime: 1, numbers: numbers() }].map((more) => ({ words, about, ...more }));
+  browser();
+  const host = $("badges"), own = new Badge(host, () => {}), alone = (...shown) => { const other = document.createElement("section"), fresh = new Badge(other, () => {}); for (const args of shown) fresh.show(...args); fresh.keep(shown.map(([side]) => side)); return other.parts.map(made); };
+  const now = () => host.parts.filter((e) => e.classList.has("badge")).map(made);
+  for (const look of [...looks, ...looks.toReversed()]) {
+    own.show("a", look, LEGEND); own.keep(["a"]);
+    assert.deepEqual(now(), alone(["a", look, LEGEND]));
+    own.show("b", looks[1], LEGEND, look); own.keep(["a", "b"]);
+    assert.deepEqual(now(), alone(["a", look, LEGEND], ["b", looks[1], LEGEND, look]));
+  }
+});

@@ -340,3 +340,30 @@ test("of two settings each is drawn as soon as it has what is shown, whether or 
     assert.ok(drawn(p, LIGHT[one]).length > 0 && drawn(p, LIGHT[other]).length === 0, `${make.name} ${one}`);
   }
 });
+
+test("a plot has the lines, texts and marks of what it is given, whatever it has drawn before", () => {
+  const scene = { t: Float32Array.of(0, 20), x: Float32Array.of(7, 9), u: Float32Array.of(0, 0), v: Float32Array.of(1, 1), film: Uint8Array.of(0, 0) }, ended = { ended: "pulled in", period: 20, shares: [] };
+  const curve = { name: "m.csv", over: "time", from: "height", along: Float64Array.of(0, 9), values: Float64Array.of(1, 2), volts: null, low: null, high: null };
+  const states = [{ a: look() }, { a: look({ ...FULL, settled: scene }), motion: "settled" }, { a: look({ ...FULL, settled: scene }), motion: "start" }, { a: look(FULL), b: look({ ...FULL, wanders: true }), active: "b" }, { a: look({ words: ended }) }, { a: look({ problem: "no equilibria", unmeasured: "no spectrum" }) }, { a: look({ ...FULL, old: true }) }, { b: look(FULL), active: "b" }, { a: look(FULL), measured: [curve, { ...curve, over: "voltage" }] }];
+  for (const make of [timePanel, portraitPanel, spectrumPanel, staticsPanel]) {
+    const looks = { active: "a", a: look(FULL) }, own = make(document.createElement("div"), looks, at(10, NOW)), seen = (p) => [styled(p.context), [...p.marks].filter(([, mark]) => !mark.hidden).map(([name]) => name).sort(), Boolean(p.x) && p.logarithmic];
+    for (const state of [...states, ...states.toReversed()]) {
+      for (const name of ["a", "b", "motion", "measured"]) delete looks[name];
+      Object.assign(looks, { active: "a" }, state);
+      forget(own.context); own.redraw();
+      assert.deepEqual(seen(own), seen(panel(make, state)), `${make.name} ${JSON.stringify(Object.keys(state))}`);
+    }
+  }
+});
+
+test("where a plot says why it is empty, no place is read and none is marked", () => {
+  const looks = { active: "a", a: look(FULL) }, pointer = { clientX: 300, clientY: 200 };
+  for (const make of [spectrumPanel, staticsPanel]) {
+    const p = panel(make, looks), read = () => { p.read(pointer); return !p.reading.hidden; };
+    assert.equal(read(), true);
+    Object.assign(looks.a, { spectrum: undefined, statics: undefined }); p.redraw();
+    assert.deepEqual([p.reading.hidden, read(), [...p.marks.values()].every((mark) => mark.hidden)], [true, false, true], make.name);
+    Object.assign(looks.a, FULL); p.redraw();
+    assert.equal(read(), true);
+  }
+});

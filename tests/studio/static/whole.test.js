@@ -581,7 +581,7 @@ const NAMES = ["taut", "hoop slack", "meridian slack", "slack in both directions
 
 // The answers to what was asked: [head, arrays] of each.
 function answered({ kind, id, ...asked }) {
-  if (!asked.setting) return [];
+  if (!asked.setting?.values) return [];
   const along = kind === "envelope" ? ["frequency", "voltage_amplitude"] : [asked.x, asked.y, asked.over].flatMap((axis) => axis?.[0] ?? []); // the same for all their values
   const values = Object.entries(asked.setting.values).filter(([name]) => !along.includes(name)).sort(), n = number({ ...asked.setting, values }), { side } = asked, own = (name, words = {}, arrays = {}) => [{ kind: name, id, side, words }, arrays];
   if (kind === "look") {
@@ -605,21 +605,28 @@ function answered({ kind, id, ...asked }) {
 
 // A page that stands, with such a server: act() does something, lets all be answered and all timers pass, and gives what
 // was asked, with the number of steps of the history.
-async function attended(hash) {
+async function attended(hash, refused = () => null) {
   browser(hash);
   page.media["(prefers-reduced-motion: reduce)"] = { matches: true };
   await import(`../../../src/gelcone/studio/static/main.js?${++opened}`);
-  const [socket] = Socket.all;
-  let done = 0;
-  const all = async () => { for (let k = 0; k < 4; k++) { while (done < socket.sent.length) for (const [head, arrays] of answered(socket.sent[done++])) socket.give(head, arrays); moment += 1000; wait(600); draw(); await passed(); } };
+  const [first] = Socket.all, done = new Map();
+  const answers = (asked) => (refused(asked) ? [[{ kind: "error", id: asked.id, side: asked.side ?? null, control: null, message: "is refused", ...refused(asked) }, {}]] : answered(asked));
+  const all = async () => {
+    for (let k = 0; k < 4; k++) {
+      const socket = Socket.all.at(-1), next = () => { const at = done.get(socket) ?? 0; done.set(socket, at + 1); return socket.sent[at]; };
+      while ((done.get(socket) ?? 0) < socket.sent.length) for (const [head, arrays] of answers(next())) socket.give(head, arrays);
+      moment += 1000; wait(600); draw(); await passed();
+    }
+  };
+  const greet = (socket = Socket.all.at(-1)) => { socket.open(); socket.give({ ...HELLO, regimes: ["rest", "periodic", "quasi-periodic", "chaotic"].map((name, k) => ({ name, colour: `#${k}0${k}0${k}0` })) }); };
   const act = async (does) => {
-    const from = socket.sent.length, steps = page.steps.length;
+    const socket = Socket.all.at(-1), from = socket.sent.length, steps = page.steps.length;
     await does(); await all();
     return [socket.sent.slice(from).map((own) => [own.kind, own.side ?? own.grid, ...(own.controls ? ["with controls"] : []), ...(own.panels ?? [])].filter(Boolean).join(" ")), page.steps.length - steps];
   };
-  await act(() => { socket.open(); socket.give({ ...HELLO, regimes: ["rest", "periodic", "quasi-periodic", "chaotic"].map((name, k) => ({ name, colour: `#${k}0${k}0${k}0` })) }); });
+  await act(() => greet(first));
   document.getElementById("gallery").close();
-  return { act, socket, $: (id) => document.getElementById(id) };
+  return { act, greet, socket: first, $: (id) => document.getElementById(id) };
 }
 
 // What was drawn last on a canvas, and where: ranges of plots over data depend on what they have shown before.
@@ -634,7 +641,7 @@ const placedLast = (canvas) => lastCalls(canvas).filter(({ args }) => args.every
 function seen() {
   const canvases = [document.getElementById("cone"), ...document.querySelectorAll(".view.shown .plot canvas")];
   return {
-    address: location.hash, body: ["header", "aside", "#badges", "#film-legend", "#motion"].map((one) => made(document.querySelector(one))), views: document.querySelectorAll(".view.shown").map(made), classes: document.body.className,
+    address: location.hash, body: ["header", "aside", "#badges", "#film-legend", "#motion"].map((one) => made(document.querySelector(one)).replace(/-p\.error role=alert( "[^"]*"| \[[^\]]*\])?/g, "no error")), views: document.querySelectorAll(".view.shown").map(made), classes: document.body.className,
     marks: document.querySelectorAll(".grid.shown .mark").map((own) => [own.className, own.hidden || own.style.transform]), pictures: canvases.map(seenLast), places: [document.getElementById("cone"), ...document.querySelectorAll("#map.shown canvas, #envelope.shown canvas")].map(placedLast),
   };
 }
@@ -663,6 +670,23 @@ test("after anything that is done the page is as one opened at its address, and 
   const own = await attended("#device=biased-pump"), results = [];
   for (const [what, does, ...found] of rows) { assert.deepEqual(await own.act(does), found, what); if (what.endsWith(".")) results.push([what, seen()]); }
   for (const [what, before] of results) { await attended(before.address); assert.deepEqual(before, seen(), what); }
+});
+
+test("after what is refused, a lost connection or a closed dialog the page is as one opened at its address", async () => {
+  const refused = ({ setting }) => (setting?.values?.disc_radius === "16 mm" ? { control: "frequency" } : setting?.device === "soft-film" || setting?.file === "bad" ? { control: "law" } : null), compared = async (what) => { const before = seen(); await attended(before.address, refused); assert.deepEqual(before, seen(), what); };
+  const open = (name, text) => page.listeners.drop({ dataTransfer: { types: ["Files"], files: [file(name, text)] }, preventDefault() {} });
+  const rows = [
+    ["a value", () => slide("disc_radius", 1000, "onchange"), () => slide("disc_radius", 300, "onchange")], ["a device", () => choose("#subject", "device:soft-film")], ["a file", () => open("bad.toml", "bad")], ["another file", () => open("good.toml", "good"), () => slide("frequency", 200, "onchange")],
+    ["a value of a file, and back", () => open("good.toml", "good"), () => slide("disc_radius", 1000, "onchange"), () => page.back()], ["a set, then a device", () => choose("#subject", "preset:base"), () => choose("#subject", "device:soft-film")],
+    ["the device of a second setting", () => click("#compare"), () => choose("#subject", "device:soft-film")], ["a value of a second setting", () => click("#compare"), () => slide("frequency", 100, "onchange"), () => slide("disc_radius", 1000, "onchange"), () => click("#side-a"), () => click("#side-b")],
+    ["a connection", (own) => { Socket.all.at(-1).close(); wait(3000); own.greet(); }], ["a change without it", () => Socket.all.at(-1).close(), () => click('[data-tab="statics"]'), (own) => { wait(3000); own.greet(); }],
+    ["dialogs", () => click("#browse"), () => document.getElementById("gallery").close(), () => click("#save"), () => document.getElementById("saver").close()],
+  ];
+  for (const [what, ...acts] of rows) {
+    const own = await attended("#device=biased-pump", refused);
+    for (const act of acts) await own.act(() => act(own));
+    await compared(what);
+  }
 });
 
 test("of two settings what is of one alone is of the one that is changed", async () => {

@@ -93,7 +93,9 @@ export class Plot {
     this.context.setTransform(this.d, 0, 0, this.d, 0, 0);
     this.context.fillStyle = colours().panel;
     this.context.fillRect(0, 0, this.w, this.h);
+    this.x = undefined; // a plot that says why it is empty has no axes
     this.draw(this);
+    if (!this.x) for (const own of [this.reading, ...this.marks.values()]) own.hidden = true;
     this.redrawOver();
   }
 
