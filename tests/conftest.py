@@ -9,6 +9,7 @@ import pytest
 
 # On cores that several processes share, threads of BLAS wait for one another and take a hundred times as long as one
 # does for the small matrices here. It is read where NumPy is first imported, also in subprocesses.
+NUMPY_CAME_FIRST = "numpy" in sys.modules
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 # A shell that runs its jobs in the background has them ignore interrupts, and so would the processes of the tests.

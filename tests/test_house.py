@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from tests import conftest
+
 PACKAGE = Path(__file__).parents[1] / "src" / "gelcone"
 FLOORS = [
     [
@@ -177,3 +179,7 @@ def test_functions_are_short(name):
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
             first = node.body[1] if ast.get_docstring(node) is not None and node.body[1:] else node.body[0]
             assert node.end_lineno - first.lineno < LONGEST, f"{name}: {node.name}"
+
+
+def test_no_plugin_imports_numpy_before_the_threads_of_blas_are_held_back():
+    assert not conftest.NUMPY_CAME_FIRST
