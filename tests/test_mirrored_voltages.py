@@ -35,19 +35,21 @@ ANALYSES = {
     "envelope": lambda model: gelcone.envelope(model, frequencies=[1.0, 1.2], peaks=[0.4, 0.8], limits_from="settled"),
     "data sheet": lambda model: gelcone.datasheet(model, [0.4, 0.6]),
 }
-LIMITS = "operating limits"
 TURNED = ("phase", "bias_voltage", "current")
 """Parts of the names of what has the other sign."""
-OF_ENVELOPES = ("same", "constant", "opposite, resistance")
-"""Cones whose operating limits are slow to compare: their envelopes, which have the same limits, are compared."""
+LONG = {
+    "creep": ("opposite",), "settled": ("constant", "opposite, resistance"), "envelope": ("opposite",),
+    "transfer": ("single", "constant", "opposite, leak"), "operating limits": ("single",), "data sheet": ("opposite",),
+}  # fmt: skip
+"""Analyses that take longest, with the cones that show by themselves what they may get wrong."""
 CASES = [
-    pytest.param(cone, analysis, marks=[pytest.mark.slow] if analysis == LIMITS and cone in OF_ENVELOPES else [])
+    pytest.param(cone, analysis, marks=[] if cone in LONG.get(analysis, CONES) else pytest.mark.slow)
     for cone in CONES
     for analysis in ANALYSES
     if (cone == "opposite" or analysis != "data sheet")
     and (cone != "opposite, leak" or analysis in ("stroke", "state space", "step", "transfer"))
 ]
-"""All pairs, but for those that take long and find nothing that others do not."""
+"""All pairs, but for those that find nothing that others do not."""
 
 
 def both(cone, bias=0.4):

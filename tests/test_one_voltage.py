@@ -42,7 +42,15 @@ LASTS = 400.0
 PLACES = np.array([0.55 - 1e-5, 0.55, 0.55 + 1e-5])
 
 
-@pytest.fixture(scope="module", params=CIRCUITS.values(), ids=CIRCUITS)
+WITHIN = ("double cone, opposite", "double cone, same", "double cone, opposite, ideal", "leak", "filter")
+"""Circuits that have no part that another one lacks."""
+
+
+@pytest.fixture(
+    scope="module",
+    params=[pytest.param(parts, marks=pytest.mark.slow if name in WITHIN else []) for name, parts in CIRCUITS.items()],
+    ids=CIRCUITS,
+)
 def model(request):
     return ConeModel(voltage=0.2, **request.param)
 
@@ -98,7 +106,7 @@ def test_a_step_from_no_voltage_begins_with_that_of_the_second_film(name):
     assert np.abs(found["displacement"] - found["initial_displacement"]).max() < 1e-9
 
 
-@pytest.mark.parametrize("leak", [LEAK, SINH], ids=["leak", "sinh leak"])
+@pytest.mark.parametrize("leak", [pytest.param(LEAK, marks=pytest.mark.slow), SINH], ids=["leak", "sinh leak"])
 def test_a_membrane_that_leaks_rests_and_runs_where_its_statics_say(leak):
     """Without voltage it rests where one that does not leak does. All have the charge that runs have, a fit."""
     plain = ConeModel(voltage=0.2, **TAUT, film="membrane")

@@ -25,7 +25,11 @@ def model(load: str, **more) -> ConeModel:
     return ConeModel(**MEMBRANE | {"voltage": 0.25} | LOADS[load] | more)
 
 
-@pytest.mark.parametrize(("load", "periods"), [("spring", 200), ("double", 50), ("opposite", 20), ("all", 20)])
+@pytest.mark.usefixtures("undelivered")
+@pytest.mark.parametrize(
+    ("load", "periods"),
+    [("spring", 200), pytest.param("double", 50, marks=pytest.mark.slow), ("opposite", 20), ("all", 20)],
+)
 def test_energy_balances_over_a_long_run(load, periods):
     """What film, field and bias take is what the disc and its damping give, to 1e-10 of the energy moved."""
     run = simulate(model(load), (0.45, 0.0), periods=periods)
@@ -35,6 +39,7 @@ def test_energy_balances_over_a_long_run(load, periods):
     assert float(abs(run["energy_residual"]).max()) < 1e-10 * moved
 
 
+@pytest.mark.usefixtures("undelivered")
 def test_two_equal_films_move_as_their_mirror_image():
     """x and d - x with u and -u are the same motion of films that are equal and have one voltage."""
     times = np.linspace(0.0, 60.0, 301)

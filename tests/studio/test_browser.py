@@ -4,6 +4,7 @@ import asyncio
 import json
 import threading
 import time
+from itertools import product
 
 import browser
 import pytest
@@ -190,8 +191,12 @@ def test_a_lock_keeps_a_value(page):
     shared.close()
 
 
-@pytest.mark.parametrize(("width", "height"), [(360, 740), (640, 400), (800, 450), (1024, 700), (1280, 800)])
-def test_nothing_is_out_of_reach_in_a_small_frame_or_under_zoom(page, width, height):
+def test_nothing_is_out_of_reach_in_a_small_frame_or_under_zoom(page):
+    for width, height in ((360, 740), (640, 400), (800, 450), (1024, 700), (1280, 800)):
+        check_reach(page, width, height)
+
+
+def check_reach(page, width, height):
     page.size(width, height)
     page.js("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
     out = page.js(
@@ -202,14 +207,14 @@ def test_nothing_is_out_of_reach_in_a_small_frame_or_under_zoom(page, width, hei
         "return r.width < 1 || r.left < -1 || r.right > innerWidth + 1 || r.top < -1 || r.bottom > innerHeight + 1 })"
         ".map((own) => own.id || own.className || own.textContent)"
     )
-    assert out == []
+    assert out == [], width
     assert page.js("document.documentElement.scrollWidth") <= width
     small = page.js(
         "[...document.querySelectorAll('button, select, input:not([type=file])')].filter((own) => {"
         "if (!own.checkVisibility()) return false; const r = own.getBoundingClientRect();"
         "return r.width < 24 || r.height < 24 }).map((own) => own.id || own.className || own.textContent)"
     )
-    assert small == []
+    assert small == [], width
     for canvas in ("#cone", "#time canvas", "#portrait canvas", "#map canvas"):
         assert min(page.box(canvas)[2:]) > 90, canvas
 
@@ -385,10 +390,9 @@ def test_dark_and_light(page):
     page.js("localStorage.clear()")
 
 
-@pytest.mark.parametrize("size", [(1024, 700), (1280, 800), (1920, 1080)])
-def test_it_fits_the_window(page, size):
-    page.size(*size)
-    for group in ("Body", "Gel", "Start"):
+def test_it_fits_the_window(page):
+    for size, group in product([(1024, 700), (1280, 800), (1920, 1080)], ("Body", "Gel", "Start")):
+        page.size(*size)
         page.js(f"document.getElementById('tab-{group}').click()")
         page.js("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
         too_large = page.js(
@@ -397,10 +401,13 @@ def test_it_fits_the_window(page, size):
             "innerHeight > 750 || getComputedStyle(e).overflowY !== 'auto'))"  # in a low window it may be scrolled
             ".map((e) => e.id || e.className || e.tagName)"
         )
-        assert too_large == [], group
+        assert too_large == [], (size, group)
 
 
-@pytest.mark.parametrize("size", [(1024, 700), (1280, 800), (1600, 900), (1920, 1080)])
+@pytest.mark.parametrize(
+    "size",
+    [(1024, 700), *(pytest.param(size, marks=pytest.mark.slow) for size in [(1280, 800), (1600, 900), (1920, 1080)])],
+)
 def test_the_plots_keep_their_size_while_the_hand_moves(page, size):
     page.size(*size)
     page.js("window.sizes = new Set()")

@@ -29,9 +29,14 @@ def rise(function: Callable[[Any], Any], low: Any, high: Any) -> Any:
 
     Raises `ArithmeticError` for NaN inside a bracket.
     """
-    a, b = np.array(low, dtype=float), np.array(high, dtype=float)  # a bracket, a its newer end
+    a, b = np.array(low, dtype=float), np.array(high, dtype=float)
     with np.errstate(all="ignore"):
-        of_a, of_b = function(a), function(b)
+        return _rise(function, a, b, function(a), function(b))
+
+
+def _rise(function: Callable[[Any], Any], a: Any, b: Any, of_a: Any, of_b: Any) -> Any:
+    """`rise` within brackets at whose ends the function is known; a is the newer end."""
+    with np.errstate(all="ignore"):
         found = np.where(of_a >= 0.0, a, b)
         open_ = np.logical_and(of_a < 0.0, of_b > 0.0)
         share = np.full(a.shape, 0.5)
@@ -57,7 +62,7 @@ def rise(function: Callable[[Any], Any], low: Any, high: Any) -> Any:
             quadratic = of_a / (of_b - of_a) * of_c / (of_b - of_c)
             quadratic = quadratic + (c - a) / (b - a) * of_a / (of_c - of_a) * of_b / (of_c - of_b)
             taken = monotone & np.isfinite(quadratic)
-            share = np.where(taken, np.clip(quadratic, least, 1.0 - least), 0.5)
+            share = np.where(taken, np.minimum(np.maximum(quadratic, least), 1.0 - least), 0.5)
     return found[()]
 
 
@@ -70,8 +75,9 @@ def sign_changes(function: Callable[[Any], Any], a: Any, b: Any) -> Any:
     a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
     low, high = np.minimum(a, b), np.maximum(a, b)
     with np.errstate(all="ignore"):
-        sign, across = np.sign(function(b)), np.sign(function(a))
-        found = rise(lambda x: sign * function(x), a, b)
+        of_b, of_a = function(b), function(a)
+        sign, across = np.sign(of_b), np.sign(of_a)
+        found = _rise(lambda x: sign * function(x), a, b, sign * of_a, sign * of_b)
         nearby = found + NEARBY * np.where(found - low > high - found, low - high, high - low)
         pole = np.abs(function(nearby)) < SMALLER * np.abs(function(found))
         apart = np.where((sign * across < 0.0) & ~pole, found, np.nan)
