@@ -43,6 +43,28 @@ def pytest_collection_finish():
     gc.freeze()
 
 
+TOGETHER = {
+    "tests/paper/test_figures.py": "tests/paper/test_motions.py",
+    "tests/plots/test_register.py": "tests/lab/test_design.py",
+}
+"""Files of tests that use what those of another file compute."""
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    """With several processes, files that share a computation run in one of them."""
+    if config.option.dist != "loadfile":
+        return None
+    from xdist.scheduler import LoadFileScheduling
+
+    class Sharing(LoadFileScheduling):
+        def _split_scope(self, nodeid):
+            name = nodeid.partition("::")[0]
+            return TOGETHER.get(name, name)
+
+    return Sharing(config, log)
+
+
 @pytest.fixture
 def command_line(monkeypatch, capsys, tmp_path):
     """Runs ``gelcone`` with the given arguments in an empty folder: exit code, standard output and standard error.
@@ -105,3 +127,11 @@ def undelivered(monkeypatch):
     from gelcone.motion import response
 
     monkeypatch.setattr(response, "delivered", lambda *given: {})
+
+
+@pytest.fixture
+def no_membranes(monkeypatch):
+    """The membranes for which cones stand are not made, which takes seconds for each film."""
+    from gelcone.physics.film import pull_in
+
+    monkeypatch.setattr(pull_in, "curve_of", lambda *key: None)

@@ -120,7 +120,10 @@ def test_who_computes_and_in_which_tasks_changes_no_bit(whole, monkeypatch):
 OF_ITS_OWN = {"regime": QUICK, "lyapunov": {"transient": 60.0, "budget": 100.0, "window": 30.0}}
 
 
-@pytest.mark.parametrize("name", sweepable())
+LONG = {"operating_limits": pytest.mark.slow}
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=LONG.get(name, [])) for name in sweepable()])
 def test_every_sweep_marks_the_cells_that_cannot_start(name):
     plan = Plan(DAMPED, {"stretch_limit": [0.3, 60.0]}, options=OF_ITS_OWN.get(name, {}))
     result = sweep(plan, name)
@@ -263,6 +266,7 @@ def test_cells_that_make_no_actuator_say_why_and_change_no_other(tmp_path):
     assert words[at + 1] == f"  the first that cannot be made: {found.attrs['impossible']}"
 
 
+@pytest.mark.usefixtures("no_membranes")
 def test_a_disc_as_large_as_its_film_makes_no_cell_of_a_device():
     """Of which no warning is left, as of roots of negative widths."""
     device = gelcone.find_device("biased-pump").replace(film="taut")

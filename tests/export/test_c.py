@@ -31,6 +31,10 @@ WRINKLING = {
 """The drive slackens the hoops of this pump for a sixth of the time."""
 
 
+OPTIMISED = ("taut", "beam and sine", "wrinkling")
+"""Devices whose C is optimised, which takes three times as long to compile and is tested for equal bits, too."""
+
+
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     """Exported devices and their libraries, each compiled once: (device, options) -> both."""
@@ -39,7 +43,8 @@ def made(tmp_path_factory):
     def of(key, *arguments, **options):
         if key not in found:
             exported = Exported(*arguments, **options)
-            found[key] = exported, compiled(exported, tmp_path_factory.mktemp(key.replace(" ", "-")))
+            level = () if key in OPTIMISED else ("-O0",)
+            found[key] = exported, compiled(exported, tmp_path_factory.mktemp(key.replace(" ", "-")), *level)
         return found[key]
 
     return of

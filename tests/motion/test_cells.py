@@ -179,7 +179,7 @@ def test_a_pitchfork_from_which_the_disc_rises_gradually_is_no_pull_in():
 @pytest.fixture(scope="module")
 def operating():
     model = ConeModel(
-        damping_ratio=0.1,
+        damping_ratio=0.3,
         voltage=[0.3, 0.0, 0.3],
         voltage_bias=[0.3, 0.0, 0.3],
         drive_frequency=0.5,

@@ -14,7 +14,7 @@ from gelcone.paper.effort import QUICK
 from gelcone.paper.studies import continuum, practical, resonance, spectra, statics, triples
 from gelcone.presets import find_preset
 
-TINY = replace(QUICK, section_points=40, frequencies=16, spectrum_periods=16, window=100.0)
+TINY = replace(QUICK, section_points=40, frequencies=10, spectrum_periods=16, window=100.0)
 STUDIES = (
     *(study for module in (statics, triples, spectra, practical, resonance) for study in module.STUDIES),
     next(study for study in continuum.STUDIES if study.name == "continuum"),

@@ -8,13 +8,13 @@ import pytest
 import gelcone
 from gelcone import find_device
 from gelcone.devices.files import shipped_devices
-from gelcone.physics.film import pull_in
 from gelcone.studio import exports, grids, look, settled
 from gelcone.studio.controls import as_json
 from gelcone.studio.frames import pack
 from gelcone.studio.grids import Source
 from gelcone.studio.setting import Setting, Shelf, names_in, typed
 
+pytestmark = pytest.mark.usefixtures("no_membranes")
 DEVICES = {
     "waveform": ('waveform = "tests.toys:ThreeHarmonics"', {"waveform.second_harmonic": "Drive"}),
     "circuit": ('circuit = "tests.toys:FilteredVoltage"', {"circuit.filter_time": "Drive"}),
@@ -44,12 +44,6 @@ def shelf_of(line, folder):
     rows = [row for row in head.splitlines() if not row.startswith(part) and others not in row]
     given.write_text("\n".join([*rows, line, ""]) + mark + rest)
     return Shelf(given, names_in(find_device(given)))
-
-
-@pytest.fixture(autouse=True)
-def _no_membranes(monkeypatch):
-    """The membranes for which cones stand are not made, which takes seconds for each value of a law."""
-    monkeypatch.setattr(pull_in, "curve_of", lambda *key: None)
 
 
 @pytest.fixture(scope="module", params=DEVICES)
