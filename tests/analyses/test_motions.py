@@ -15,7 +15,8 @@ def exponents(**changes):
     own = {
         "outcome": 0, "lyapunov": ("exponent", [0.04, -0.06], "1/s"), "standard_error": ("exponent", [0.002, 0.003]),
         "sign": 1, "per_repeat": 0.5, "sum_residual": -3e-9, "finite": ("exponent", [0.0625, -0.125]),
-        "finite_time": ("window", [10.0, 5000.0], "ms"), "averaged_time": (None, 240_000.0, "ms"), "cycle": 0,
+        "finite_standard_error": ("exponent", [0.025, 0.0]), "finite_time": ("window", [10.0, 5000.0], "ms"),
+        "averaged_time": (None, 240_000.0, "ms"), "cycle": 0,
     }  # fmt: skip
     return edited(made(own), **changes)
 
@@ -30,8 +31,10 @@ def test_exponents_of_one_run(sign, word):
         "second exponent -0.0600 ± 0.0030 per second; the sum of all is off the mean trace by 3e-09 per second, "
         "0 without rounding",
         "averaged over 4 min after the transient",
-        "over the first 5 s from the start: +0.0625, -0.125 per second",
+        "over the first 5 s from the start: +0.062 ± 0.025, -0.125 per second",
     ]
+    earlier = exponents().drop_vars("finite_standard_error")
+    assert said(motions.lyapunov_words, earlier)[3] == "over the first 5 s from the start: +0.0625, -0.125 per second"
 
 
 @pytest.mark.parametrize(
@@ -46,7 +49,7 @@ def test_exponents_that_rounding_hides():
     hidden = exponents(lyapunov=[0.04, NAN], standard_error=[0.002, NAN], finite=[0.0625, NAN], sum_residual=NAN)
     lines = said(motions.lyapunov_words, hidden)
     assert lines[1] == "second exponent unknown per second; not all are known: rounding hides fast decays"
-    assert lines[3] == "over the first 5 s from the start: +0.0625, unknown per second"
+    assert lines[3] == "over the first 5 s from the start: +0.062 ± 0.025, unknown per second"
 
 
 def test_exponents_of_an_ensemble_and_of_a_failed_run():

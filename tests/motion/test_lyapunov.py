@@ -120,7 +120,7 @@ def test_the_flow_exponent_times_the_repeat_is_that_of_the_stroboscopic_map():
     model = ConeModel(**CHAOS)
     repeat = float(model.forcing_period)
     state = integrate(model, (1.0, 0.0), [20 * repeat]).states[0, -1]
-    finite, _ = finite_exponents(model.members(), state[None], 15 * repeat, {})
+    finite, *_ = finite_exponents(model.members(), state[None], 15 * repeat, {})
     h = 1e-7
     vector, total = np.array([1.0, 0.0]), 0.0
     for _ in range(15):
@@ -157,7 +157,7 @@ def test_the_exponents_add_up_to_minus_twice_the_damping(damping, kappa, voltage
         hoop_prestretch=hoop,
     )
     initial = np.array([[x, 0.0]])
-    values, _ = finite_exponents(model.members(), initial, 100.0, {})
+    values, *_ = finite_exponents(model.members(), initial, 100.0, {})
     if np.isnan(values).any():  # only a run that loses its digits at the stretch limit has no exponents
         assert integrate(model, initial, [110.0]).outcome[0] == Outcome.STRETCH_LIMIT
     else:
@@ -319,16 +319,53 @@ def test_an_average_that_ends_on_a_cycle_takes_its_exponents_and_its_sign():
     assert (found.standard_error < 1e-6).all()
 
 
+SNAPPING = {"film": "taut", "spring_stiffness": 0.5, "damping_ratio": 0.01, "voltage": 1.1, "drive_frequency": 0.3}
+
+
+@pytest.mark.parametrize("chaos", [CHAOS, SNAPPING], ids=["chaos", "weakly damped"])
+def test_runs_from_starts_1e_12_apart_agree_over_a_window_within_their_errors(chaos):
+    starts = np.array([[1.0, 0.0]]) + 1e-12 * np.arange(20)[:, None] * np.array([1.0, 0.0])
+    members = ConeModel(**chaos).members().take(np.zeros(20, dtype=int))
+    values, _, errors = finite_exponents(members, starts, 1000.0, {})
+    apart = np.abs(values - values.mean(axis=0))
+    assert (apart.max(axis=0) > 1e-3).all()
+    assert (apart < 2.0 * errors).mean(axis=0).min() >= 0.95
+    assert (apart < errors).mean(axis=0).min() >= 0.6
+    assert (errors < 5.0 * values.std(axis=0, ddof=1)).all()
+
+
+def test_a_window_within_which_starts_do_not_part_has_no_error():
+    """Chaos over a short window, a motion on its way to a cycle, and one that ends."""
+    chaos, start = ConeModel(**CHAOS).members(), np.array([[1.0, 0.0], [1.0 + 1e-12, 0.0]])
+    values, _, errors = finite_exponents(chaos.take([0, 0]), start, 100.0, {})
+    np.testing.assert_allclose(values[0], values[1], rtol=1e-6)
+    assert (errors == 0.0).all()
+    _, _, errors = finite_exponents(ConeModel(voltage=0.5).members(), start[:1], 500.0, {})
+    assert (errors == 0.0).all()
+    lost = ConeModel(stretch_limit=1.0).members()
+    values, _, errors = finite_exponents(lost, np.array([[3.0, 0.0]]), 500.0, {})
+    assert np.isnan(values).all()
+    assert np.isnan(errors).all()
+
+
+def test_a_block_of_a_window_is_a_forcing_period_where_there_are_16():
+    ((_, clock),) = clocks(ConeModel(**CHAOS | {"drive_frequency": 0.05}).members())
+    each = clock.per_repeat
+    assert each > 4
+    assert [module._block_of(clock, n) for n in (16 * each, 3000 * each)] == [each, 3 * each]
+    assert [module._block_of(clock, n) for n in (15 * each, 48, 5)] == [15 * each // 16, 3, 1]
+
+
 def test_a_window_in_pieces_gives_the_exponents_of_the_whole(monkeypatch):
     """No more than a piece of it is held, so that memory does not grow with the window."""
     from gelcone.motion import lyapunov as module
 
     model = ConeModel(damping_ratio=0.1, voltage=1.4, drive_frequency=0.8).members()
     states, told = np.array([[1.0, 0.0]]), []
-    whole, running = module.finite_exponents(model, states, 200.0, {"progress": told.append})
+    whole, running, _ = module.finite_exponents(model, states, 200.0, {"progress": told.append})
     assert sum(told) == pytest.approx(1.0)
     monkeypatch.setattr(module, "PIECE", 7)
-    pieces, again = module.finite_exponents(model, states, 200.0, {})
+    pieces, again, _ = module.finite_exponents(model, states, 200.0, {})
     np.testing.assert_allclose(pieces, whole, rtol=1e-10)
     np.testing.assert_allclose(again, running, rtol=1e-10)
 
@@ -377,7 +414,7 @@ def test_each_variable_holds_its_own_number_and_each_part_what_it_is_given(monke
     """The second member failed while it settled, the third while it was averaged."""
     outcome = np.array([0, 3, 0], dtype=np.int8)
     result, shares = averaged(3, outcome=np.array([0, 0, 4], dtype=np.int8)), []
-    finite = numbers(3, 2, at=8.0), numbers(3, 4, 2, at=9.0)
+    finite = numbers(3, 2, at=8.0), numbers(3, 4, 2, at=9.0), numbers(3, 2, at=10.0)
     settled, members = numbers(3, 2, at=7.0), ConeModel(damping_ratio=[0.1, 0.2, 0.3], drive_frequency=0.5).members()
     asked = record(
         monkeypatch, module, finite_exponents=finite, settle=(settled, outcome), average=result, bound_shear=None,
@@ -408,7 +445,7 @@ def test_each_variable_holds_its_own_number_and_each_part_what_it_is_given(monke
         "per_repeat": result.values[:, 0] * 2.0 * np.pi, "averaged_time": [result.time[0], np.nan, np.nan],
         "cycle": [0, 3, 5], "sum_residual": result.values.sum(axis=1) + 2.0 * np.array([0.1, 0.2, 0.3]),
         "running_time": result.running[..., 0], "running_exponent": result.running[..., 1],
-        "finite_time": finite[1][..., 0], "finite_exponent": finite[1][..., 1],
+        "finite_standard_error": finite[2], "finite_time": finite[1][..., 0], "finite_exponent": finite[1][..., 1],
     }  # fmt: skip
     assert found.variables.keys() == expected.keys()
     for name, values in expected.items():

@@ -54,7 +54,8 @@ def _exponents(member: xr.Dataset) -> list[str]:
     second = with_error(float(member["lyapunov"][1]), float(member["standard_error"][1]))
     known = f"the sum of all is off the mean trace by {residual:.1g} {at}, 0 without rounding"
     lost = "not all are known: rounding hides fast decays"
-    finite = ", ".join(f"{value:+.4g}" if np.isfinite(value) else "unknown" for value in member["finite"].values)
+    errors = member.get("finite_standard_error", 0.0 * member["finite"])  # files of earlier versions have none
+    finite = ", ".join(map(with_error, member["finite"].values, errors.values))
     window, averaged = float(member["finite_time"].max()), float(member["averaged_time"])
     time, period = member["averaged_time"], int(member["cycle"])
     source = f"averaged over {lasting(averaged, time, 4)} after the transient"

@@ -1,14 +1,16 @@
 """All Lyapunov exponents of the flow, per unit of dimensionless time, with their standard errors.
 
 They are averages (`gelcone.motion.exponents`) of the growth of deviations. A motion that has arrived at an attracting
-cycle has the exponents of that cycle, which follow from its multipliers without averaging. The sum of the exponents is
-the mean trace of the Jacobian along the motion (-2 zeta for two states); every result states the difference. The trace
-is integrated along the motion. Where a source saturates it jumps; the rates of the states do not, so that deviations
-pass without a saltation matrix, and the difference is that of rounding there, too.
+cycle has the exponents of that cycle, which follow from its multipliers without averaging. Over a finite window the
+numbers of a motion on which starts next to each other part have an error, too. The sum of the exponents is the mean
+trace of the Jacobian along the motion (-2 zeta for two states); every result states the difference. The trace is
+integrated along the motion. Where a source saturates it jumps; the rates of the states do not, so that deviations pass
+without a saltation matrix, and the difference is that of rounding there, too.
 """
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,7 +22,8 @@ from gelcone.dataset import Findings
 from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
 from gelcone.motion.attractor.search import cycles_reached, transient_of
-from gelcone.motion.exponents import RUNNING_POINTS, Exponents, average, bound_shear
+from gelcone.motion.averages import batch_means
+from gelcone.motion.exponents import LAST_BLOCKS, RUNNING_POINTS, Exponents, average, bound_shear
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.settle import Clock, check_budgets, clocks, repeats_lasting, settle
 from gelcone.motion.start import start_states
@@ -35,6 +38,12 @@ if TYPE_CHECKING:
 
 PIECE = 8192
 """Most stretches of a window in memory at a time."""
+MOST_BLOCKS = 1024
+"""Most blocks of a window whose growth is compared."""
+PARTING = math.log(1e9)
+"""Logarithmic growth of a deviation below which starts 1e-12 apart remain within 1e-3 of each other."""
+
+FINITE_ERROR = "standard error of the exponents over the window, 0 where starts 1e-12 apart have the same"
 
 
 @analysis(
@@ -78,7 +87,8 @@ def lyapunov(
 
     Returns
     -------
-    Dataset with ``lyapunov`` (in the long run) and ``finite`` (..., exponent), ``standard_error`` of the former,
+    Dataset with ``lyapunov`` (in the long run) and ``finite`` (..., exponent), ``standard_error`` of the former and
+    ``finite_standard_error`` of the latter (0 where starts 1e-12 apart have the same, as on the way to a cycle),
     ``averaged_time``, ``cycle`` (period in forcing periods of the attracting cycle, or 1 for rest, whose exponents they
     are; 0 where they are averages), ``sign`` of the largest (0: uncertain within the budget), ``sum_residual`` (their
     sum less the mean trace of the Jacobian along the motion, -2 zeta for two states; zero in exact arithmetic, whether
@@ -129,7 +139,8 @@ def lyapunov_cells(
         raise InputError(f"precision = {precision:g}: must be positive, a standard error per unit time")
     flow: dict[str, Any] = {"tolerance": tolerance, "threads": threads}
     counted = Counted(progress)
-    finite, finite_running = finite_exponents(members, states, window, flow | {"progress": weighted(counted, 0.2)})
+    first_share = {"progress": weighted(counted, 0.2)}
+    finite, finite_running, finite_errors = finite_exponents(members, states, window, flow | first_share)
     repeats = repeats_lasting(members, transient_of(members, transient))
     settled, outcome = settle(members, states, repeats, progress=weighted(counted, 0.3), **flow)
     result = average(members, settled, budget=budget, precision=precision, **flow)
@@ -147,6 +158,7 @@ def lyapunov_cells(
             "lyapunov": (("exponent",), values, "Lyapunov exponents per unit time after the transient", "rate"),
             "standard_error": (("exponent",), result.standard_error, "standard error of the exponents", "rate"),
             "finite": (("exponent",), finite, "Lyapunov exponents per unit time over the window", "rate"),
+            "finite_standard_error": (("exponent",), finite_errors, FINITE_ERROR, "rate"),
             "per_repeat": ((), values[:, 0] * members.forcing_period, "largest exponent per forcing period", "share"),
             "averaged_time": ((), time, "averaging time behind the exponents", "time"),
             "cycle": ((), cycle, "period of the cycle behind the exponents, 0 if averaged", "count"),
@@ -179,12 +191,15 @@ def take_cycles(members: Members, result: Exponents, options: dict[str, Any]) ->
     return period
 
 
-def finite_exponents(members: Members, states: Array, window: float, options: dict[str, Any]) -> tuple[Array, Array]:
-    """Exponents over the window from the start (members, N), and the running estimate of the largest.
+def finite_exponents(
+    members: Members, states: Array, window: float, options: dict[str, Any]
+) -> tuple[Array, Array, Array]:
+    """Exponents over the window from the start (members, N), the running estimate of the largest, and the standard
+    errors (members, N): 0 of motions on which starts 1e-12 apart do not part within the window.
 
     ``options`` go to `integrate`; a ``progress`` among them is that of the whole ensemble.
     """
-    values = np.full(states.shape, np.nan)
+    values, errors = np.full((2, *states.shape), np.nan)
     running = np.full((members.size, RUNNING_POINTS, 2), np.nan)
     for group, clock in clocks(members):
         steps = np.maximum(np.rint(window / clock.spacing), 1).astype(int)
@@ -192,18 +207,29 @@ def finite_exponents(members: Members, states: Array, window: float, options: di
             rows, own = group[steps == count], clock.take(steps == count)
             share = weighted(options.get("progress"), rows.size / members.size)
             part = options | {"progress": share}
-            total, running[rows] = _piece_by_piece(members.take(rows), states[rows], own, int(count), part)
+            here = members.take(rows), states[rows], own
+            total, running[rows], errors[rows] = _piece_by_piece(*here, int(count), part)
             values[rows] = total / (count * own.spacing)[:, None]
-    return values, running
+    return values, running, errors
+
+
+def _parts(running: Array) -> npt.NDArray[np.bool_]:
+    """Whether a deviation grows by more than `PARTING` between two points of running estimates (members, points, 2)."""
+    grown = running[..., 0] * running[..., 1]
+    lowest = np.minimum.accumulate(np.minimum(grown, 0.0), axis=1)
+    return np.asarray(np.fmax.reduce(grown - lowest, axis=1) > PARTING)
 
 
 def _piece_by_piece(
     members: Members, states: Array, clock: Clock, stretches: int, options: dict[str, Any]
-) -> tuple[Array, Array]:
-    """Growth over some stretches (members, N), and the running estimate, in pieces of at most `PIECE` stretches."""
+) -> tuple[Array, Array, Array]:
+    """Growth over some stretches (members, N), the running estimate, and the standard errors of the rates, in pieces of
+    at most `PIECE` stretches."""
     run, total = TangentRun.at(states), np.zeros(states.shape)
     picks = np.unique(np.linspace(1, stretches, min(RUNNING_POINTS, stretches)).astype(int))
     running = np.full((len(states), RUNNING_POINTS, 2), np.nan)
+    block = _block_of(clock, stretches)
+    blocks = np.zeros((stretches // block, *states.shape))
     for first in range(0, stretches, PIECE):
         count = min(PIECE, stretches - first)
         part = options | {"progress": weighted(options.get("progress"), count / stretches)}
@@ -213,6 +239,21 @@ def _piece_by_piece(
         so_far = total[:, :1] + np.cumsum(growth[:, :, 0], axis=1)
         running[:, here, 0], running[:, here, 1] = time, so_far[:, picks[here] - first - 1] / time
         total = total + growth.sum(axis=1)
+        of = (first + np.arange(count)) // block
+        np.add.at(blocks, of[of < len(blocks)], growth.swapaxes(0, 1)[of < len(blocks)])
         if not np.isfinite(run.states).all(axis=1).any():
             break
-    return np.where((run.outcome == Outcome.OK)[:, None], total, np.nan), running
+    rates = blocks / (block * clock.spacing)[:, None]
+    errors = batch_means(rates)[1] if len(rates) > 1 else np.full_like(total, np.nan)
+    errors = np.where(_parts(running)[:, None], errors, 0.0)
+    ran = (run.outcome == Outcome.OK)[:, None]
+    return np.where(ran, total, np.nan), running, np.where(ran & np.isfinite(total), errors, np.nan)
+
+
+def _block_of(clock: Clock, stretches: int) -> int:
+    """The stretches in a block of a window: whole forcing periods where there are `LAST_BLOCKS` of them, over which
+    growth differs less than within one."""
+    periods = stretches // clock.per_repeat
+    if periods < LAST_BLOCKS:
+        return max(stretches // LAST_BLOCKS, 1)
+    return clock.per_repeat * math.ceil(periods / MOST_BLOCKS)

@@ -111,7 +111,7 @@ def observed(model: ConeModel, initial: tuple[float, float], effort: Effort) -> 
     members = model.members()
     states = complete(members, np.tile(initial, (model.size, 1)))
     evidence = classify(members, states, patience=effort.patience, budget=SIGN_BUDGET)
-    finite, _ = finite_exponents(members, states, effort.window, {})
+    finite, *_ = finite_exponents(members, states, effort.window, {})
     extent = np.fmax(np.abs(evidence.lowest), np.abs(evidence.highest))
     variables: dict[str, dataset.Variable] = {
         "regime": ((), evidence.regime, "kind of motion in the long run", "code"),

@@ -86,7 +86,7 @@ def over_plan(plan: Plan, effort: Effort) -> dict[str, Any]:
     """Exponents ``finite`` of every cell over the window from the start, and the stability of its rest."""
     model, states = plan.at(plan.grid)
     members = model.members()
-    values, _ = finite_exponents(members, complete(members, states), effort.window, {})
+    values, *_ = finite_exponents(members, complete(members, states), effort.window, {})
     about = attributes("Lyapunov exponents over the window from the start", "rate")
     finite = (*plan.over, "exponent"), values.reshape((*plan.shape, -1)), about
     return {"finite": finite} | rest_stability(members, tuple(plan.over), plan.shape)

@@ -126,9 +126,9 @@ def _window(model: ConeModel, states: npt.ArrayLike, length: float, name: str, p
     return merged(kept.assign(ends), run[list(shares)].rename(shares))
 
 
-def _finite(model: ConeModel, finite: tuple[Array, Array]) -> xr.Dataset:
+def _finite(model: ConeModel, finite: tuple[Array, ...]) -> xr.Dataset:
     """The exponents over the window from the start."""
-    values, running = finite
+    values, running, *_ = finite
     variables = {
         "finite": (("exponent",), values, "Lyapunov exponents per unit time over the window", "rate"),
         "finite_time": (("window",), running[..., 0], "window length, from the start", "time"),
