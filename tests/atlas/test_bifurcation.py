@@ -59,11 +59,27 @@ def test_a_change_is_narrowed_down_from_the_side_from_which_it_is_reached(branch
     change = Threshold(branch, Regime.REST, Regime.PERIODIC, 0.2, 0.3)
     found = module._met({"fixed": PLAN}, change, evidence, VALUES)
     if expected is None:
-        assert found.tolist() == [0.7, 0.1]
+        assert found.tolist() == [[0.7, 0.1]]
     else:
-        np.testing.assert_allclose(found, nudge(np.full((1, 2), expected), module.NUDGE)[0])
+        np.testing.assert_allclose(found, nudge(np.full((1, 2), expected), module.NUDGE))
     evidence.final[:] = np.nan
-    assert module._met({"fixed": PLAN}, change, evidence, VALUES).tolist() == [0.7, 0.1]
+    assert module._met({"fixed": PLAN}, change, evidence, VALUES).tolist() == [[0.7, 0.1]]
+
+
+def test_a_change_out_of_chaos_is_narrowed_down_from_several_of_its_states(monkeypatch):
+    """Four section points of a sweep, four starts 1e-9 apart of a fixed state, and the one state of a cycle."""
+    evidence = Evidence.blank(4)
+    evidence.regime[:] = Regime.PERIODIC, Regime.PERIODIC, Regime.CHAOTIC, Regime.CHAOTIC
+    evidence.final[:] = VALUES[:, None]
+    evidence.section[:] = numbers(4, 64, 2)
+    down = Threshold("down", Regime.PERIODIC, Regime.CHAOTIC, 0.2, 0.3)
+    found = module._met({"fixed": PLAN}, down, evidence, VALUES)
+    np.testing.assert_allclose(found, nudge(evidence.section[2, [15, 31, 47, 63]], module.NUDGE))
+    up = Threshold("up", Regime.PERIODIC, Regime.CHAOTIC, 0.2, 0.3)
+    assert module._met({"fixed": PLAN}, up, evidence, VALUES).shape == (1, 2)
+    fixed = Threshold("fixed", Regime.PERIODIC, Regime.CHAOTIC, 0.2, 0.3)
+    found = module._met({"fixed": PLAN}, fixed, evidence, VALUES)
+    np.testing.assert_allclose(found - [0.7, 0.1], np.outer(1e-9 * np.arange(4), [1.0, 0.0]), rtol=0, atol=1e-15)
 
 
 def test_changes_are_listed_by_branch_and_value():
@@ -86,7 +102,7 @@ def test_changes_are_listed_by_branch_and_value():
     ]
     assert {row["parameter"] for row in found} == {"voltage"}
     earlier = thresholds_of(diagram.drop_vars("threshold_cascade"))
-    assert [row["cascade"] for row in earlier] == [False] * 3
+    assert [row["cascade"] for row in earlier] == [row["of_one_path"] for row in earlier] == [False] * 3
     with pytest.raises(InputError, match="was given another result"):
         thresholds_of(diagram.drop_vars("threshold_branch"))
 
@@ -228,13 +244,16 @@ def test_thresholds_are_narrowed_down_with_the_evidence_from_the_state_that_each
     other = Threshold("down", Regime.CHAOTIC, Regime.REST, 0.3, 0.4)
 
     def refined(found, classified, halvings, progress):
-        asked["evidence"] = classified([other, one, other], np.array([0.31, 0.11, 0.32]))
+        asked["paths"] = classified([other, one, other], np.array([0.31, 0.11, 0.32]))
         one.low, one.high, other.low, other.high = 0.12, 0.13, 0.34, 0.35
         progress(1.0)
 
+    met = {0.1: np.array([[0.1, 9.0]]), 0.3: np.array([[0.3, 9.0], [0.35, 9.0]])}  # two paths out of chaos
+    five = Evidence.blank(5)
+    five.lowest[:] = np.arange(5.0)
     asked = record(
         monkeypatch, module, changes=lambda branch, values, evidence: [{"up": one, "down": other}[branch]],
-        _met=lambda plans, change, evidence, values: np.array([change.low, 9.0]), refine=refined, _classify="evidence",
+        _met=lambda plans, change, evidence, values: met[change.low], refine=refined, _classify=five,
     )  # fmt: skip
     branches = {"up": Evidence.blank(4), "down": Evidence.blank(4)}
     shares = []
@@ -242,13 +261,14 @@ def test_thresholds_are_narrowed_down_with_the_evidence_from_the_state_that_each
     assert [call["evidence"] for call in asked["changes"]] == [branches["up"], branches["down"]]
     assert [call["evidence"] for call in asked["_met"]] == [branches["up"], branches["down"]]
     (kinds,), (narrowing,) = asked["_classify"], asked["refine"]
-    np.testing.assert_allclose(kinds["states"], [[0.3, 9.0], [0.1, 9.0], [0.3, 9.0]])
-    np.testing.assert_allclose(kinds["members"].number("voltage"), [0.31, 0.11, 0.32])
-    assert (kinds["threads"], narrowing["halvings"], asked["evidence"]) == (5, 3, "evidence")
+    np.testing.assert_allclose(kinds["states"], [[0.3, 9.0], [0.35, 9.0], [0.1, 9.0], [0.3, 9.0], [0.35, 9.0]])
+    np.testing.assert_allclose(kinds["members"].number("voltage"), [0.31, 0.31, 0.11, 0.32, 0.32])
+    assert (kinds["threads"], narrowing["halvings"]) == (5, 3)
+    assert [path.lowest.tolist() for path in asked["paths"]] == [[0.0, 2.0, 3.0], [1.0, 2.0, 4.0]]
     assert shares == [1.0]
     expected = {
         "branch": ["up", "down"], "from": [Regime.REST, Regime.CHAOTIC], "to": [Regime.PERIODIC, Regime.REST],
-        "low": [0.12, 0.34], "high": [0.13, 0.35], "cascade": [0, 0],
+        "low": [0.12, 0.34], "high": [0.13, 0.35], "cascade": [0, 0], "of_one_path": [0, 1],
     }  # fmt: skip
     assert {name: found[f"threshold_{name}"].values.tolist() for name in expected} == expected
 

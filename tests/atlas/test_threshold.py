@@ -25,7 +25,7 @@ def narrowed(share, values, halvings, periods=lambda value: 1):
         return evidence([share(value) for value in tried], [periods(value) for value in tried])
 
     (threshold,) = changes("up", values, cells(values))
-    refine([threshold], lambda owners, tried: cells(tried), halvings, lambda part: None)
+    refine([threshold], lambda owners, tried: [cells(tried)], halvings, lambda part: None)
     return threshold
 
 
@@ -61,7 +61,7 @@ def test_a_range_that_no_longer_changes_is_not_tried_for_ever():
 
     def cells(owners, tried):
         asked.append(len(tried))
-        return evidence(np.full(len(tried), 0.5))
+        return [evidence(np.full(len(tried), 0.5))]
 
     (threshold,) = changes("up", np.array([0.0, 1.0]), evidence([0.0, 1.0]))
     refine([threshold], cells, 20, lambda part: None)
@@ -167,7 +167,7 @@ def test_each_of_several_thresholds_gets_its_own_shares_and_periods():
 
     values = np.linspace(0.0, 1.0, 5)
     found = changes("up", values, cells(values))
-    refine(found, lambda owners, tried: cells(tried), 6, lambda part: None)
+    refine(found, lambda owners, tried: [cells(tried)], 6, lambda part: None)
     for threshold, edge in zip(found, (0.31, 0.77), strict=True):
         assert threshold.low <= edge <= threshold.high < threshold.low + 0.01
         for value, (share, period) in threshold.tried.items():
@@ -208,3 +208,33 @@ def test_a_range_whose_starts_disagree_at_its_own_ends_stays():
         own.add(value, share, 1)
     own.narrow()
     assert (own.low, own.high, own.unchanged) == (1.0, 2.0, 1)
+
+
+@pytest.mark.parametrize("edges", [(0.3, 0.3), (0.3, 0.37)])
+def test_a_range_holds_the_values_at_which_paths_differ_and_is_then_of_one_path(edges):
+    """Chaos above an edge that differs between two paths."""
+    values = np.linspace(0.0, 1.0, 5)
+
+    def paths(owners, tried):
+        return [evidence((tried > edge).astype(float)) for edge in edges]
+
+    (threshold,) = changes("down", values, evidence((values > edges[0]).astype(float)))
+    assert threshold.wandering
+    assert threshold.of_one_path
+    refine([threshold], paths, 8, lambda part: None)
+    assert threshold.low <= min(edges) <= max(edges) <= threshold.high
+    assert threshold.of_one_path is (edges[0] != edges[1])
+
+
+@pytest.mark.parametrize(
+    ("below", "above", "of_one_path"),
+    [
+        (Regime.REST, Regime.PERIODIC, False), (Regime.PERIODIC, Regime.CHAOTIC, False),
+        (Regime.TRANSIENT_CHAOS, Regime.CHAOTIC, True), (Regime.PERIODIC, Regime.TRANSIENT_CHAOS, True),
+    ],
+)  # fmt: skip
+def test_a_change_to_or_from_chaos_that_ends_is_of_one_path(below, above, of_one_path):
+    """Whether chaos has ended depends on the run, however narrow the range."""
+    assert Threshold("up", below, above, 0.0, 1.0, sharp=True).of_one_path is of_one_path
+    out_of_chaos = Threshold("up", below, above, 0.0, 1.0, sharp=True, out_of_chaos=True)
+    assert out_of_chaos.of_one_path is (Regime.REST not in (below, above))

@@ -70,9 +70,13 @@ def followed_lines(shown: xr.Dataset, name: str = "") -> list[str]:
 
 def continue_branch_words(shown: xr.Dataset, subject: Subject) -> str:
     """Branches as text: each with its events, how it ends, and what brute force says."""
-    name, cut = shown.attrs["parameter"], shown.attrs.get("impossible")
-    more = [] if cut is None else [f"no actuator can be made {cut}"]
-    return "\n".join([*heading(subject, [name]), *branch_lines(shown), *more])
+    return "\n".join([*heading(subject, [shown.attrs["parameter"]]), *branch_lines(shown), *_cut_lines(shown)])
+
+
+def _cut_lines(shown: xr.Dataset) -> list[str]:
+    """State the values before which intervals were cut, and why these make no actuator."""
+    cut = shown.attrs.get("impossible")
+    return [] if cut is None else [f"no actuator can be made {cut}"]
 
 
 def branch_lines(shown: xr.Dataset, name: str = "") -> list[str]:
@@ -175,4 +179,4 @@ def locus_words(shown: xr.Dataset, subject: Subject) -> str:
                 f"{name} {_located(event, place)}" for place, name in zip(("first", "second"), names, strict=True)
             )
             lines.append(f"  {event_label(event['event_kind'])} at {at}")
-    return "\n".join(shortened(lines))
+    return "\n".join([*shortened(lines), *_cut_lines(shown)])

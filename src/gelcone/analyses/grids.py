@@ -61,6 +61,10 @@ def read_sweeps(text: str) -> list[str]:
     return sweeps
 
 
+ONE_PATH = "of one path: that of another may lie elsewhere"
+"""Words for a range of a change of regime that depends on the run."""
+
+
 def bifurcation_words(shown: xr.Dataset, subject: Subject) -> str:
     """A bifurcation diagram as text."""
     name = shown.attrs["parameter"]
@@ -83,7 +87,8 @@ def _threshold_lines(shown: xr.Dataset) -> list[str]:
     for row in thresholds_of(shown):
         at = f"{name} {row['low']:.6g} to {row['high']:.6g}{unit}"
         how = ", by a cascade of period doublings" if row["cascade"] else ""
-        lines.append(f"  {row['branch']}: {row['from']} -> {row['to']} at {at}{how}")
+        once = f", {ONE_PATH}" if row["of_one_path"] else ""
+        lines.append(f"  {row['branch']}: {row['from']} -> {row['to']} at {at}{how}{once}")
     return ["changes of regime:" if lines else "no change of regime", *shortened(lines)]
 
 

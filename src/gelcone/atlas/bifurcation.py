@@ -15,7 +15,7 @@ from gelcone.atlas.branches.attached import attach
 from gelcone.atlas.branches.continuation import continue_branch
 from gelcone.atlas.plan import DEFAULT_INITIAL, STATES, Plan, about
 from gelcone.atlas.store import fill_of
-from gelcone.atlas.threshold import Threshold, changes, refine
+from gelcone.atlas.threshold import WANDERING, Threshold, changes, refine
 from gelcone.codes import Outcome, Regime
 from gelcone.devices.analysis import analysis, plain
 from gelcone.devices.device import Device
@@ -23,7 +23,7 @@ from gelcone.devices.points import read_state
 from gelcone.devices.si import device_attributes
 from gelcone.errors import InputError, check_result
 from gelcone.motion.attractor.classification import Evidence, classify
-from gelcone.motion.attractor.search import transient_of
+from gelcone.motion.attractor.search import NEARBY, transient_of
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.regime import label_evidence
 from gelcone.motion.settle import check_budgets, repeats_lasting, settle
@@ -40,6 +40,8 @@ if TYPE_CHECKING:
 CHUNK = 256
 """Members computed together: enough to fill lanes and threads, few enough for progress and interrupts."""
 BISECTIONS = 8
+PATHS = 4
+"""States of a motion that differs from run to run, from each of which a change is narrowed down."""
 WALK = 0.25
 """Share of the progress of a sweep for its serial part, in which each value needs the state of the one before."""
 BRANCHES_SHARE = 0.9
@@ -97,9 +99,11 @@ def bifurcation(
     Dataset over ``branch`` (``up``, ``down``, ``from x,u``) and the parameter with the variables of `regime`, and over
     ``threshold`` each change of regime: ``threshold_branch``, ``threshold_from`` and ``threshold_to`` (codes of
     `Regime`), ``threshold_low`` and ``threshold_high``: the last value up to which all 16 starts within 1e-9 are of the
-    one kind, and the first from which on none is; and ``threshold_cascade`` (1: chaos begins by doublings of the
-    period). Values of which no actuator can be made have the outcome ``impossible``, and ``attrs["impossible"]`` states
-    why the first of them has.
+    one kind, and the first from which on none is; ``threshold_cascade`` (1: chaos begins by doublings of the period);
+    and ``threshold_of_one_path`` (1: chaos takes part, and the range stays wide, a sweep came to it through chaos, or
+    chaos ends; that of another path, as one from a start 1e-12 away, may lie elsewhere). A change out of chaos is
+    narrowed down from 4 states of it. Values of which no actuator can be made have the outcome ``impossible``, and
+    ``attrs["impossible"]`` states why the first of them has.
 
     Raises
     ------
@@ -282,10 +286,15 @@ def _thresholds(
         if not ((lacking > change.low) & (lacking < change.high)).any()
     ]
     met = {id(change): _met(plans, change, branches[change.branch], values) for change in found}
+    for change in found:
+        change.out_of_chaos = change.branch not in plans and len(met[id(change)]) > 1
 
-    def classified(owners: list[Threshold], tried: Array) -> Evidence:
-        members = plan.at({name: tried})[0].members()
-        return _classify(plan, members, np.stack([met[id(owner)] for owner in owners]), threads)
+    def classified(owners: list[Threshold], tried: Array) -> list[Evidence]:
+        counts = np.array([len(met[id(owner)]) for owner in owners])
+        members = plan.at({name: np.repeat(tried, counts)})[0].members()
+        evidence = _classify(plan, members, np.concatenate([met[id(owner)] for owner in owners]), threads)
+        first = np.cumsum(counts) - counts
+        return [evidence.take(first + path % counts) for path in range(counts.max())]
 
     refine(found, classified, bisections, progress)
 
@@ -300,18 +309,28 @@ def _thresholds(
         "threshold_low": (column("low", float), "last value up to which all starts are of the one kind", swept),
         "threshold_high": (column("high", float), "first value from which on none is any more", swept),
         "threshold_cascade": (column("cascade", np.int8), "1 if chaos begins by doublings of the period", "code"),
+        "threshold_of_one_path": (
+            column("of_one_path", np.int8),
+            "1 if that of another path may lie elsewhere",
+            "code",
+        ),
     }
     return dataset.columns("threshold", table)
 
 
 def _met(plans: dict[str, Plan], threshold: Threshold, evidence: Evidence, values: Array) -> Array:
-    """The state (N,) from which a change of a branch is narrowed down."""
+    """The states (paths, N) from which a change of a branch is narrowed down: one of a motion that repeats, several of
+    one that does not."""
     plan = plans.get(threshold.branch, next(iter(plans.values())))
     before = int(np.searchsorted(values, threshold.high if threshold.branch == "down" else threshold.low))
     _, fixed = _fixed(plan, {next(iter(plan.over)): values[[before]]})
     if threshold.branch in plans or not np.isfinite(evidence.final[before]).all():
-        return np.asarray(fixed[0])
-    return nudge(evidence.final[before], NUDGE)
+        count = PATHS if threshold.wandering else 1
+        return np.concatenate([nudge(fixed, NEARBY * path) for path in range(count)])
+    if evidence.regime[before] not in WANDERING:
+        return nudge(evidence.final[[before]], NUDGE)
+    section = evidence.section[before]
+    return nudge(section[len(section) // PATHS - 1 :: len(section) // PATHS], NUDGE)
 
 
 def thresholds_of(diagram: xr.Dataset) -> list[dict[str, Any]]:
@@ -324,7 +343,7 @@ def thresholds_of(diagram: xr.Dataset) -> list[dict[str, Any]]:
     Returns
     -------
     A dict for each change of regime: ``branch``, ``from`` and ``to`` in words, ``low`` and ``high``, between which it
-    lies, and whether it begins a ``cascade``.
+    lies, whether it begins a ``cascade``, and whether it is ``of_one_path``.
 
     Raises
     ------
@@ -342,8 +361,8 @@ def thresholds_of(diagram: xr.Dataset) -> list[dict[str, Any]]:
     if "threshold_branch" not in diagram:
         raise InputError("thresholds_of: was given another result; give one of gelcone.bifurcation")
     columns = [diagram[f"threshold_{n}"].values for n in ("branch", "from", "to", "low", "high")]
-    # files of earlier versions lack this variable
-    columns.append(diagram["threshold_cascade"].values if "threshold_cascade" in diagram else np.zeros(len(columns[0])))
+    none = np.zeros(len(columns[0]))  # files of earlier versions lack these variables
+    columns += [np.asarray(diagram.get(f"threshold_{n}", none)) for n in ("cascade", "of_one_path")]
     rows = [
         {
             "parameter": diagram.attrs["parameter"],
@@ -353,7 +372,8 @@ def thresholds_of(diagram: xr.Dataset) -> list[dict[str, Any]]:
             "low": float(low),
             "high": float(high),
             "cascade": bool(cascade),
+            "of_one_path": bool(of_one),
         }
-        for branch, a, b, low, high, cascade in zip(*columns, strict=True)
+        for branch, a, b, low, high, cascade, of_one in zip(*columns, strict=True)
     ]
     return sorted(rows, key=lambda row: (row["branch"], row["low"]))

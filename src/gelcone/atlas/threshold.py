@@ -3,7 +3,8 @@
 Changes to or from chaos are not sharp: starts that no measurement distinguishes settle on different motions, and there
 are periodic windows in between. A threshold is therefore a range, from the last value up to which all nearby starts are
 of the one kind to the first from which on none is. Each round tries the quarters of the range; the search ends when
-these no longer change it.
+these no longer change it. A motion that was chaotic on its way has other states at the same value when it is repeated:
+a range is narrowed down from several of them, and is of one path.
 """
 
 from __future__ import annotations
@@ -21,6 +22,8 @@ from gelcone.quantity import Array
 QUARTERS = (0.25, 0.5, 0.75)
 STABLE = 0.9
 """Share of its width above which a range has not changed in a round; after two such rounds it is stable."""
+WANDERING = {Regime.CHAOTIC, Regime.TRANSIENT_CHAOS, Regime.QUASI_PERIODIC}
+"""Kinds of motion whose states differ from run to run."""
 DOUBLINGS = 2
 """Number of successive doublings of the period towards chaos that make a cascade."""
 
@@ -29,7 +32,8 @@ DOUBLINGS = 2
 class Threshold:
     """A change of regime between ``low`` and ``high``, from ``below`` to ``above``, on a branch.
 
-    ``tried`` maps the values examined to the share of the nearby starts of kind ``below`` and the period.
+    ``tried`` maps the values examined to the share of the nearby starts of kind ``below`` and the period; ``sharp``
+    says that the range is as narrow as it was asked for, ``out_of_chaos`` that a sweep came to it through chaos.
     """
 
     branch: str
@@ -39,6 +43,8 @@ class Threshold:
     high: float
     tried: dict[float, tuple[float, int]] = field(default_factory=dict)
     unchanged: int = 0
+    sharp: bool = False
+    out_of_chaos: bool = False
 
     def add(self, value: float, share: float, period: int) -> None:
         """Add a value that was examined."""
@@ -59,6 +65,18 @@ class Threshold:
             high = value
         self.low, self.high = low, high
         self.unchanged = self.unchanged + 1 if self.high - self.low > STABLE * before else 0
+
+    @property
+    def wandering(self) -> bool:
+        """True if the motion on one of both sides differs from run to run."""
+        return not WANDERING.isdisjoint((self.below, self.above))
+
+    @property
+    def of_one_path(self) -> bool:
+        """True if another path may have another range: chaos takes part, and the range stays wide, a sweep comes to it
+        through chaos, or chaos ends on one side."""
+        ends = Regime.TRANSIENT_CHAOS in (self.below, self.above)
+        return self.wandering and (self.out_of_chaos or ends or not self.sharp)
 
     @property
     def middle(self) -> list[float]:
@@ -119,13 +137,13 @@ def changes(branch: str, values: Array, evidence: Evidence) -> list[Threshold]:
 
 def refine(
     thresholds: list[Threshold],
-    classified: Callable[[list[Threshold], Array], Evidence],
+    classified: Callable[[list[Threshold], Array], list[Evidence]],
     halvings: int,
     progress: Callable[[float], None],
 ) -> None:
     """Narrows the thresholds down to 2^-``halvings`` of their ranges, or until these no longer change.
 
-    ``classified`` takes a threshold for each value and returns the evidence at the values.
+    ``classified`` takes a threshold for each value and returns the evidence at the values, along each path to them.
     """
     least = [(t.high - t.low) / 2.0**halvings for t in thresholds]
     for _ in range(halvings):
@@ -134,11 +152,13 @@ def refine(
             break
         owners = [threshold for threshold in wide for _ in QUARTERS]
         tried = np.array([value for threshold in wide for value in threshold.middle])
-        evidence = classified(owners, tried)
+        paths = classified(owners, tried)
         for threshold in wide:
             own = np.flatnonzero([owner is threshold for owner in owners])
-            shares = share_of(evidence.take(own), threshold.below)
-            for value, share, period in zip(tried[own], shares, evidence.period[own], strict=True):
+            shares = np.mean([share_of(path.take(own), threshold.below) for path in paths], axis=0)
+            for value, share, period in zip(tried[own], shares, paths[0].period[own], strict=True):
                 threshold.add(float(value), float(share), int(period))
             threshold.narrow()
+        for threshold, width in zip(thresholds, least, strict=True):
+            threshold.sharp = threshold.high - threshold.low <= width
         progress(1.0 / halvings)

@@ -9,6 +9,7 @@ from gelcone.atlas.branches import curve
 from gelcone.atlas.branches.branch import Ending, EventKind
 from gelcone.atlas.branches.curve import Window, follow_curve
 from gelcone.atlas.branches.event import DOUBLE, FOLD, Singular
+from gelcone.errors import InputError
 from tests.atlas.branches import maps
 from tests.recorded import record
 
@@ -70,6 +71,20 @@ def test_a_curve_has_at_most_so_many_points_each_way():
     found = curve_of(maps.sphere, EventKind.FOLD, FOLD, 0.02, (0.97, 0.1), [-3.0, -2.0], [3.0, 2.0], most=6)
     assert found.ended == (Ending.POINTS, Ending.POINTS)
     assert len(found.points) == 11
+
+
+def test_a_curve_ends_before_values_that_make_no_actuator():
+    """Those of p above 0.5, within the rectangle."""
+
+    def possible(x, p, q):
+        if np.real(p) > 0.5:
+            raise InputError("p: cannot be")
+        return maps.cusp(x, p, q)
+
+    s = np.sqrt(1.0 / 3.0)
+    found = curve_of(possible, EventKind.FOLD, FOLD, s + 0.02, (-2.0 * s**3 + 0.05, 1.0), [-1.0, -0.5], [1.0, 2.0])
+    assert sorted(found.ended) == sorted((Ending.LIMIT, Ending.IMPOSSIBLE))
+    assert max(point.values[0] for point in found.points) == pytest.approx(0.5, abs=1e-5)
 
 
 def test_there_is_no_curve_where_nothing_is_singular():

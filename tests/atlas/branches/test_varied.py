@@ -190,23 +190,35 @@ def test_values_are_said_in_the_unit_of_their_own_field_and_measured_by_its_larg
 
 
 def test_an_interval_is_cut_before_values_that_make_no_actuator_and_the_reason_is_stated():
-    """Found by halves, also where both ends make none; a locus has no such interval."""
+    """Found by halves, also where both ends make none, and for each of two parameters."""
     model = gelcone.ConeModel(dielectric_share=0.3, dielectric_time=2.0, rest_height=0.3, drive_frequency=0.5)
     reason = "dielectric_share = 1: must be below 1; lower it"
-    cut = vary(model, {"dielectric_share": (0.5, 1.5)}, narrow=True)
+    cut = vary(model, {"dielectric_share": (0.5, 1.5)})
     assert cut.low.item() == 0.5
     assert cut.high.item() == pytest.approx(1.0, abs=1.0 / 2**10)
     assert cut.high.item() < 1.0
     assert cut.refused == (("1", reason),)
-    disc = vary(PUMP, {"disc_radius": ("5 mm", "35 mm")}, narrow=True)
+    disc = vary(PUMP, {"disc_radius": ("5 mm", "35 mm")})
     assert disc.high.item() == pytest.approx(30e-3, abs=30e-6)
     ((at, why),) = disc.refused
     assert why.startswith(f"disc_radius = {at}: must be less than film_radius = 30 mm")
-    assert vary(model, {"dielectric_share": (0.5, 0.9)}, narrow=True).refused == ()
+    assert vary(model, {"dielectric_share": (0.5, 0.9)}).refused == ()
     with pytest.raises(InputError, match=r"dielectric_share = 1\.2: must be below 1"):
-        vary(model, {"dielectric_share": (1.2, 1.4)}, narrow=True)
-    with pytest.raises(InputError, match="must be below 1"):
-        vary(model, {"dielectric_share": (0.5, 1.5), "voltage": (0.1, 0.2)}).shooting()
+        vary(model, {"dielectric_share": (1.2, 1.4)})
+    two = vary(model, {"voltage": (0.1, 0.2), "dielectric_share": (0.5, 1.5)})
+    assert two.high.tolist() == [0.2, cut.high.item()]
+    assert two.refused == cut.refused
+    assert two.shooting().free == ("voltage", "dielectric_share")
+
+
+def test_corners_of_which_no_actuator_can_be_made_are_left_out():
+    """A disc of up to 28 mm fits the own film of 30 mm, and not each film from 24 mm on."""
+    own = vary(PUMP, {"disc_radius": ("10 mm", "28 mm"), "film_radius": ("24 mm", "40 mm")})
+    assert own.refused == ()
+    (discs, films), models = own.corners
+    assert discs.size == models.size == 8
+    assert (discs < films).all()
+    assert own.shooting().segments > 0
 
 
 def test_branches_up_to_values_that_make_no_actuator_are_returned(monkeypatch):

@@ -137,7 +137,7 @@ def continue_branch(
     >>> f"at {found.event_value.item():.5f}, supercritical: {bool(found.event_supercritical.item())}"
     'at 0.65809, supercritical: True'
     """
-    varied = vary(model, {parameter: (low, high)}, initial, narrow=True)
+    varied = vary(model, {parameter: (low, high)}, initial)
     counts = {"switch": switch, "checks": checks, "points": points}
     check_following(counts, tolerance, threads)
     options = {
@@ -357,8 +357,7 @@ def _label(varied: Varied, tree: Tree, runs: Runs, checked: Checked, options: di
             variable.attrs |= varied.along(place)
     result["flag_kind"].attrs |= dataset.flags_of([flag.replace(" ", "_") for flag in FLAGS])
     name = varied.names[0]
-    own = {"impossible": "; ".join(f"at {at}: {why}" for at, why in varied.refused)} if varied.refused else {}
-    return result.assign_attrs(parameter=name, mirror=int(branches[0].shooting.symmetric), **own, **varied.about)
+    return result.assign_attrs(parameter=name, mirror=int(branches[0].shooting.symmetric), **varied.about)
 
 
 def _of(items: Sequence[Any], field: str, kind: Any) -> Any:

@@ -10,6 +10,7 @@ from gelcone.atlas.branches.branch import Ending, EventKind
 from gelcone.atlas.branches.event import FAR_SIDE, FOLD, Singular, born, locate
 from gelcone.atlas.branches.follow import AIM, SAME_WAY
 from gelcone.atlas.branches.point import SMALLEST, cubic_weights
+from gelcone.errors import InputError
 from gelcone.motion.orbit import Shooting
 from gelcone.quantity import Array
 
@@ -109,7 +110,7 @@ def _walk(shooting: Shooting, first: Singular, window: Window, way: float) -> tu
                 weights[0] * one.nodes + weights[1] * here.nodes + weights[2] * back[0] + weights[3] * tangent[0],
                 weights[0] * one.values + weights[1] * here.values + weights[2] * back[1] + weights[3] * tangent[1],
             )
-        found = locate(shooting, guess[0], guess[1], here.at, 0.3, plane, here)
+        found, possible = _located(shooting, guess, here, plane)
         off, turn = np.inf, -1.0
         if found is not None and found.ahead is not None:
             off, ahead = length(found.nodes - guess[0], found.values - guess[1]), length(*found.ahead)
@@ -117,7 +118,7 @@ def _walk(shooting: Shooting, first: Singular, window: Window, way: float) -> tu
         if found is None or found.ahead is None or not (off < 0.3 * step and turn > SAME_WAY):
             step *= 0.4
             if step < SHORTEST_STEP:
-                return points, Ending.STEP
+                return points, Ending.STEP if possible else Ending.IMPOSSIBLE
             continue
         if not window.holds(found.values):
             last = _at_border(shooting, here, found, window)
@@ -150,7 +151,17 @@ def _at_border(shooting: Shooting, here: Singular, beyond: Singular, window: Win
     values[k] = border
     corner = np.zeros(2)
     corner[k] = 1.0 / window.scale[k] ** 2
-    return locate(shooting, nodes, values, here.at, 0.3, (np.zeros_like(nodes), corner), here)
+    return _located(shooting, (nodes, values), here, (np.zeros_like(nodes), corner))[0]
+
+
+def _located(
+    shooting: Shooting, guess: tuple[Array, Array], here: Singular, plane: tuple[Array, Array]
+) -> tuple[Singular | None, bool]:
+    """The singular orbit next to a guess of nodes and values, and whether the values make an actuator."""
+    try:
+        return locate(shooting, *guess, here.at, 0.3, plane, here), True
+    except InputError:
+        return None, False
 
 
 # --- points of codimension two ----------------------------------------------------------------------------------------

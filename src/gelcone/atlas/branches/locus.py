@@ -97,7 +97,9 @@ def locus(
     codimension two, ``curvature`` (positive: the branch that is born lies above the value of the first parameter); of
     each curve ``period``, ``symmetric`` and ``ended``; of each event ``event_kind`` (cusp, generalised doubling,
     degenerate symmetry breaking), ``event_first`` and ``event_second`` with errors, ``event_curve``, and its
-    multipliers.
+    multipliers. Values of which no actuator can be made are left out as in `continue_branch`: an interval is cut before
+    them, at the model's value of the other, ``attrs["impossible"]`` states value and reason, and a curve ends where it
+    meets others.
 
     Raises
     ------

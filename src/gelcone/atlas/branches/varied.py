@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -37,7 +37,7 @@ class Varied:
 
     Branches are followed in values over the ``scales``, which are of order 1 in any unit: a value of a branch times the
     scale is that of the parameter, or of the field in SI. ``parameters`` are those of the model that represent the
-    fields; empty where a field changes several. ``refused`` are values in words beyond the interval, and the reasons
+    fields; empty where a field changes several. ``refused`` are values in words beyond the intervals, and the reasons
     why they make no actuator.
     """
 
@@ -60,6 +60,16 @@ class Varied:
         """The corners of the intervals as a plan, which gives the model and the start at any values."""
         ends = {name: [low, high] for name, low, high in zip(self.names, self.low, self.high, strict=True)}
         return Plan(self.target, ends, self.initial)
+
+    @cached_property
+    def corners(self) -> tuple[list[Array], ConeModel]:
+        """The ends and middles of the intervals, each with each of the others, in SI, of which an actuator can be made;
+        and the models there."""
+        ends = zip(self.names, self.low, self.high, strict=True)
+        plan = replace(self.plan, over={name: np.linspace(low, high, 3) for name, low, high in ends})
+        cells, models, _ = plan.possible()
+        values = plan.values(cells)
+        return [np.asarray(values[name]) for name in self.names], models
 
     def ensemble(self, values: Sequence[Any]) -> ConeModel:
         """The models at values over the scales, each (members,)."""
@@ -107,14 +117,16 @@ class Varied:
 
     def shooting(self, tolerance: float = DEFAULT_TOLERANCE) -> Shooting:
         """Shooting for all orbits in the intervals, with the number of segments that the fastest corner needs."""
-        corners = self.ensemble(_corners(*self.ends)).members()
+        values, models = self.corners
+        corners = models.members()
         phase = max(repeat_phase(corners.take(slice(k, k + 1))) for k in range(corners.size))
         time = phase / corners.number("drive_frequency")
         segments = segments_for(float(corners.fastest.max()), float(time.max()))
         if self.device is None:
             return Shooting(self.plan.cone.members(), self.names, Kind(1), segments, phase, tolerance)
-        middle = corners.take(slice(corners.size // 2, corners.size // 2 + 1))
-        around = tuple(0.5 * (low + high) for low, high in zip(*self.ends, strict=True))
+        inner = corners.size // 2
+        middle = corners.take(slice(inner, inner + 1))
+        around = tuple(float(value[inner] / scale) for value, scale in zip(values, self.scales, strict=True))
         names = self.parameters or self.names
         return Shooting(middle, names, Kind(1), segments, phase, tolerance, self.settings, around)
 
@@ -133,8 +145,9 @@ class Varied:
 
     @property
     def about(self) -> dict[str, str]:
-        """The attributes of a result that describe its device."""
-        return {} if self.device is None else device_attributes(self.device)
+        """The attributes of a result that describe its device, and why values beyond the intervals make none."""
+        why = {"impossible": "; ".join(f"at {at}: {why}" for at, why in self.refused)} if self.refused else {}
+        return why | ({} if self.device is None else device_attributes(self.device))
 
     def along(self, *variables: str) -> dict[str, str]:
         """The attribute of variables whose units depend on fields that vary: the variables that hold these fields."""
@@ -153,19 +166,23 @@ class Varied:
         return f"{value:g}" if self.device is None else format_si(value, self.attributes(k)["units"])
 
 
-def vary(
-    target: ConeModel | Device, over: Mapping[str, tuple[Any, Any]], initial: Any = None, *, narrow: bool = False
-) -> Varied:
-    """Checked intervals of parameters or fields; to ``narrow`` one is to take the part that makes an actuator.
+def vary(target: ConeModel | Device, over: Mapping[str, tuple[Any, Any]], initial: Any = None) -> Varied:
+    """Checked intervals of parameters or fields, each cut before values that make no actuator with the target's own
+    values of the others.
 
     Raises
     ------
     InputError : for an ensemble, an unknown name, or an interval that is empty, reversed or out of bounds.
     """
     check_one(target, "branches")
-    low, high = np.array([_interval(target, name, *ends) for name, ends in over.items()]).T
-    varied = Varied(target, tuple(over), low, high, initial, np.ones(len(over)), tuple(over))
-    varied = _narrowed(varied) if narrow else varied
+    each = []
+    for name, ends in over.items():
+        low, high = _interval(target, name, *ends)
+        one = Varied(target, (name,), np.array([low]), np.array([high]), initial, np.ones(1), (name,))
+        each.append(_narrowed(one))
+    lows, highs = (np.concatenate([getattr(one, end) for one in each]) for end in ("low", "high"))
+    refused = tuple(pair for one in each for pair in one.refused)
+    varied = Varied(target, tuple(over), lows, highs, initial, np.ones(len(over)), tuple(over), refused)
     if not isinstance(target, Device):
         return varied
     parameters, scales = _standing_for(varied)
@@ -225,16 +242,10 @@ def _named(varied: Varied, values: Sequence[Any]) -> dict[str, Array]:
     return {name: np.asarray(value) * scale for name, value, scale in scaled}
 
 
-def _corners(low: Array, high: Array) -> list[Array]:
-    """The ends and middles of the intervals, each with each of the others."""
-    return [axis.ravel() for axis in np.meshgrid(*map(partial(np.linspace, num=3), low, high))]
-
-
 def _standing_for(varied: Varied) -> tuple[tuple[str, ...], Array]:
     """The parameters of the model that are proportional to the fields, and the field of one unit of each. Without
     parameters, where others change with the fields, too, the larger end of each field."""
-    fields = _corners(varied.low, varied.high)
-    model = varied.ensemble(fields)
+    fields, model = varied.corners
     moved = {name: v for name, v in model.values.items() if np.unique(v).size > 1}
     found, scales = [], []
     for field in fields:
