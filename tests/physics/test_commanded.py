@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import gelcone
+from gelcone.physics import commanded as commanded_module
 from gelcone.physics.balance import PullIn, rest_of, single_balance
 from gelcone.physics.commanded import (
     CommandedBalance,
@@ -156,3 +157,20 @@ def test_at_once_a_creeping_membrane_pulls_in_alike_behind_a_resistance_without_
     assert [int(one.pull_in_kind) for one in found] == [PullIn.FILM] * 3
     assert led == pytest.approx(free, rel=1e-9)
     assert 1.001 * led < leaking < 1.05 * led
+
+
+def test_a_ramp_of_commands_takes_no_search_for_the_voltage_on_the_film(monkeypatch):
+    """The command of each equilibrium is explicit."""
+    model = leaking()
+    balance = commanded_balance(model.system, model.own_numbers)
+    rest, squared = rest_of(balance, None), np.array([0.01, 0.1, 0.3])
+
+    def searched(*given):
+        raise AssertionError("searched")
+
+    assert balance.lifted
+    with monkeypatch.context() as patch:
+        patch.setattr(commanded_module, "voltage_under", searched)
+        place, losses = balance.along_ramp(rest, squared)
+    np.testing.assert_allclose(balance.force(place, squared), 0.0, atol=1e-13)
+    assert losses.tolist() == [0, 0, 0]

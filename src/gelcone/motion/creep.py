@@ -306,21 +306,17 @@ class _Held:
     def starts(self, levels: Array, progress: Progress = None) -> Array:
         """Equilibria (levels, N) of the film at once, behind charged circuits; the displacement is NaN where it pulls
         in at once."""
-        members, places = self.members(levels), self.at_once.place(levels)
-        begun = members.start_states((self.relaxed.rest, 0.0))
+        members = self.members(levels)
+        found = members.start_states((self.relaxed.rest, 0.0)).copy()
+        found[:, 0] = self.at_once.place(levels)
         advance(progress, 0.5)
-        found = []
-        for k, place in enumerate(places):
-            found.append(self._start(members, k, [place, *begun[k, 1:]]))
-            advance(progress, 0.5 / levels.size)
-        return np.array(found)
-
-    def _start(self, members: Members, k: int, z: list[Any]) -> list[float]:
-        """The start of one level, ``z`` with circuits at rest. Levels are computed one by one, since films at different
-        levels have different laws."""
-        system, n = members.system, members.numbers_at(k)
-        command = np.float64(system.waveform.voltage(0.0, n))
-        return [float(value) for value in (z if np.isnan(z[0]) else circuits_under(system, command, z, n))]
+        holds = np.flatnonzero(np.isfinite(found[:, 0]))
+        if holds.size:
+            system, n = members.system, members.take(holds).numbers()
+            command = np.broadcast_to(system.waveform.voltage(0.0, n), holds.shape)
+            found[holds] = np.stack(circuits_under(system, command, list(found[holds].T), n), axis=-1)
+        advance(progress, 0.5)
+        return found
 
     def run(self, levels: Array, states: Array, times: Array, progress: Progress) -> tuple[Trajectories, Array]:
         """The runs from the ``states`` of `starts`, and the time at which each film pulls in or its disc jumps: 0 at

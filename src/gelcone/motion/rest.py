@@ -40,13 +40,13 @@ def rest_under(model: ConeModel, place: float, command: float) -> Array:
 
 
 def circuits_under(system: ConeSystem, command: Any, z: Sequence[Any], n: Mapping[str, Any]) -> list[Any]:
-    """The states ``z`` of a single actuator with those of circuits at rest under a constant ``command``, on the sides
-    of their borders on which they rest; films are unchanged."""
+    """The states ``z`` of one actuator or, as arrays, of several, with those of circuits at rest under constant
+    ``command``s, on the sides of their borders on which they rest; films are unchanged."""
     z = uncurrented(system, command, z, n)
     switches: dict[str, Any] | None = None
     for _ in range(MOST_SIDES if len(system.mechanical) < len(z) else 0):
         before, switches = switches, system.under(command, z, n).switches()
-        if before == switches:
+        if before is not None and all(np.array_equal(before[name], side) for name, side in switches.items()):
             break
         z = circuits_at_rest(system, command, z, {**n, **switches})
     return z

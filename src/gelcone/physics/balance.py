@@ -100,6 +100,11 @@ class StaticBalance:
     wall: bool
 
     @property
+    def implicit(self) -> bool:
+        """Whether the force at a squared voltage takes a search of its own, while `squared` takes none."""
+        return False
+
+    @property
     def reachable(self) -> bool:
         """Whether any displacement can be reached."""
         return self.lowest < self.highest
@@ -357,7 +362,7 @@ def roots_on_segment(balance: StaticBalance, squared: Array, segment: tuple[floa
     """The root x of w(x) = v^2 inside a segment for each v^2, (levels,); NaN if there is none."""
 
     def excess(x: Array) -> Array:
-        if not balance.lifted:
+        if balance.implicit or not balance.lifted:
             return np.asarray(balance.squared(x) - squared)
         force = np.asarray(balance.force(x, squared))
         if not np.isnan(force).any():

@@ -176,6 +176,10 @@ class _Film(NamedTuple):
 class CommandedBalance(_Commanded):
     """One actuator with one film under a constant command."""
 
+    @property
+    def implicit(self) -> bool:
+        return True
+
     def _ratio(self, x: Any, squared: Any) -> Any:
         """The command over the voltage on the film, squared, at a squared voltage on the film."""
         voltage = np.sqrt(np.clip(squared, LEAST, MOST))
