@@ -19,6 +19,7 @@ FLOORS = [
         "errors",
         "codes",
         "quantity",
+        "bracket",
         "statistics",
         "progress",
         "files",

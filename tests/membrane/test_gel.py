@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
-from gelcone.membrane.gel import ENOUGH, Gel, crumpling, root
+from gelcone.membrane.crumpling import crumpling
+from gelcone.membrane.gel import ENOUGH, Gel
 from gelcone.physics.film.wrinkling import WrinklingCone
 from gelcone.physics.laws import LAWS
 
@@ -145,7 +146,7 @@ def test_the_film_that_wrinkles_crumples_at_the_voltage_of_its_gel_bit_for_bit(l
 
 def test_the_hump_of_a_neo_hookean_gel_and_of_one_with_a_low_limit():
     """(1 - t^-3)/t is largest where t^3 = 4; a gel with a low limit stiffens before."""
-    assert gel_of("neo-hookean").hump() == pytest.approx(4.0 ** (1.0 / 3.0), rel=1e-4)
+    assert gel_of("neo-hookean").hump() == pytest.approx(4.0 ** (1.0 / 3.0), rel=1e-15)
     stiff = Gel(LAWS["gent"], LAWS["gent"].numbers({"stretch_limit": 1.0}), 1.0, 1.0)
     assert stiff.hump() == np.inf
     assert stiff.crumpling(2.1) == np.inf
@@ -163,9 +164,3 @@ def test_a_film_has_rims_where_its_hoop_is_stretched_and_more_than_its_meridian(
     gel = gel_of("neo-hookean", A, B)
     assert gel.has_rims is rims
     assert pytest.approx(1.0 / gel.G, rel=1e-15) == A * B
-
-
-def test_roots_lie_between_ends_whose_signs_differ_and_are_unknown_elsewhere():
-    places = np.array([0.3, -0.7, 0.9])
-    np.testing.assert_allclose(root(lambda x, at: x - at, (np.full(3, -1.0), np.ones(3)), places), places, atol=1e-15)
-    assert np.isnan(root(lambda x, at: x - at, (np.full(1, 1.0), np.full(1, 2.0)), places[:1]))[0]

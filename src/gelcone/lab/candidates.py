@@ -11,10 +11,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from gelcone.bracket import halved
 from gelcone.devices.cone import critical_share
 from gelcone.devices.device import Device
 from gelcone.devices.fields import DAMPINGS
-from gelcone.physics.bracket import halved
 from gelcone.physics.film.gel import cone_reach
 from gelcone.quantity import Array
 

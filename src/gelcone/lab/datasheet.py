@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone import dataset
+from gelcone.bracket import crossing
 from gelcone.devices.analysis import analysis, check_one, plain
 from gelcone.errors import InputError
 from gelcone.motion.delivery import JUMPS
@@ -26,7 +27,6 @@ from gelcone.motion.static_bifurcations import PULL_IN
 from gelcone.motion.static_limits import MEMBRANE_PULL_IN, membrane_pull_in_at_own_bias
 from gelcone.motion.static_results import own_levels
 from gelcone.physics.balance import StaticBalance
-from gelcone.physics.bracket import crossing
 from gelcone.physics.film.pull_in import membrane_pull_in
 from gelcone.physics.model import ConeModel
 from gelcone.physics.statics import every_balance, rest_displacement

@@ -12,8 +12,9 @@ from functools import cached_property
 
 import numpy as np
 
+from gelcone.bracket import sign_changes
 from gelcone.membrane.elements import Chains, Elements, Measures
-from gelcone.membrane.gel import Array, Gel, root
+from gelcone.membrane.gel import Array, Gel
 
 LONGEST, SHORTEST, GRID = 30.0, 0.5, 500
 """Longest and shortest meridional length over the mounted one at which the innermost ring is searched to localise, and
@@ -44,7 +45,7 @@ def longest(gel: Gel, V: Array, grid: int = GRID) -> Array:
         first, found = np.argmax(lost, axis=0), np.full(V.size, np.nan)
         own = np.flatnonzero(lost.any(axis=0) & (first > 0))
         ends = lengths[first[own] - 1, 0], lengths[first[own], 0]
-        found[own] = root(lambda l1, V: gel.at(l1, np.ones_like(l1), V).tangent_stiffness, ends, V[own])
+        found[own] = sign_changes(lambda l1: gel.at(l1, np.ones_like(l1), V[own]).tangent_stiffness, *ends)
     return found
 
 

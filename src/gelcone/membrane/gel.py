@@ -9,32 +9,19 @@ stress where it would be compressed: the ring then wrinkles along its meridian (
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from gelcone.bracket import rise
+from gelcone.membrane.crumpling import MOST_STRETCHED, Law, crumpling, turnings
 from gelcone.quantity import taken
 
 Array = np.ndarray[Any, np.dtype[Any]]
 ENOUGH = 25
 """Newton iterations that find a natural width from any start."""
-MOST_STRETCHED = 1e4
-"""Largest squared stretch up to which the hump of the crumpling voltage is searched."""
-
-
-class Law(Protocol):
-    """A strain-energy law W(I1 - 3), as the membrane needs it."""
-
-    def compliance(self, strain: Any, n: Any, xp: Any = np) -> Any:
-        """1/(2 dW/dI1)."""
-
-    def stiffening(self, strain: Any, n: Any, xp: Any = np) -> Any:
-        """Minus the derivative of the compliance with respect to I1."""
-
-    def strain_limit(self, n: Any) -> Any:
-        """The largest I1 - 3."""
 
 
 class Ring(NamedTuple):
@@ -173,35 +160,8 @@ class Gel:
     def natural_stretch(self, V: Array) -> Array:
         """The t >= 1 with Vb(t) = V G; at voltages above the hump of Vb the t of the hump."""
         highest = np.full_like(V, min(self.hump(), MOST_STRETCHED))
-        found = root(lambda t, V: V * self.G - self.crumpling(t), (np.ones_like(V), highest), V)
-        return np.where(np.isnan(found), highest, found)
+        return np.asarray(rise(lambda t: self.crumpling(t) - V * self.G, np.ones_like(V), highest))
 
     def hump(self) -> float:
         """The t of the first maximum of Vb; infinite without one."""
-        top = min(MOST_STRETCHED, 0.5 * (self.strain_limit + 3.0) * (1.0 - 1e-6))
-        t = np.geomspace(1.0 + 1e-6, top, 4001)
-        voltage = self.crumpling(t)
-        falls = voltage[1:] < voltage[:-1]
-        if not falls.any():
-            return np.inf
-        first = int(np.argmax(falls))
-        fine = np.linspace(t[max(first - 1, 0)], t[first + 1], 20001)
-        return float(fine[np.argmax(self.crumpling(fine))])
-
-
-def crumpling(law: Law, t: Any, n: Mapping[str, Any]) -> Any:
-    """Vb(t) = R (1 - t^-3)/t, the V G that cancels the stress of a film stretched equibiaxially by t^(1/2), with the
-    response R(I1) of its law; infinite at and beyond the stretch limit."""
-    t = np.asarray(t, dtype=float)
-    strain = 2.0 * t + t**-2.0 - 3.0
-    with np.errstate(all="ignore"):
-        found = (1.0 - t**-3.0) / (t * law.compliance(strain, n))
-    return np.where(strain >= law.strain_limit(n), np.inf, found)[()]
-
-
-def root(value: Callable[[Array, Array], Array], ends: tuple[Array, Array], V: Array) -> Array:
-    """Roots of ``value``, a function of the place and V, between ``ends`` where its signs differ."""
-    from scipy.optimize import elementwise  # importing it takes as long as starting gelcone
-
-    found: Array = elementwise.find_root(value, ends, args=(V,)).x
-    return found
+        return float(turnings(self.law, self.numbers)[0])

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from gelcone import disk_cache
+from gelcone import bracket, disk_cache
 from gelcone.errors import DoubtfulInput, InputError
 from gelcone.membrane.gel import Array, Gel
 from gelcone.membrane.table import names, table
@@ -71,7 +71,7 @@ def _say_what_it_costs(films: Sequence[Film]) -> None:
 
 def _stored(law: Any, law_names: tuple[str, ...], row: tuple[float, ...]) -> tuple[object, disk_cache.Sources]:
     """The parts that identify a table in the disk cache, and the sources that it follows from."""
-    return (type(law), law, law_names, row), (Path(__file__).parent, type(law))
+    return (type(law), law, law_names, row), (Path(__file__).parent, Path(bracket.__file__), type(law))
 
 
 def refusal(law: Any, law_numbers: Mapping[str, Any], ratio: Any, A: Any, B: Any) -> str:

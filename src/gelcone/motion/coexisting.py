@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from gelcone.bracket import halved
 from gelcone.codes import Outcome, Regime
 from gelcone.motion.attractor.classification import classify
 from gelcone.motion.attractor.search import transient_of_the_disc
@@ -20,7 +21,6 @@ from gelcone.motion.flow import integrate
 from gelcone.motion.settle import repeats_lasting, settle
 from gelcone.motion.swing import Swing, settled_swing, swing
 from gelcone.motion.validity import unknown
-from gelcone.physics.bracket import halved
 from gelcone.physics.members import Members
 from gelcone.progress import Counted, Progress
 from gelcone.quantity import Array

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from gelcone.bracket import rise
 from gelcone.motion.turning import quintic
-from gelcone.physics.bracket import rise
 from gelcone.physics.members import Members
 from gelcone.quantity import Array
 

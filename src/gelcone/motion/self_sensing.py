@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gelcone import dataset
+from gelcone.bracket import halved
 from gelcone.devices.analysis import for_devices
 from gelcone.errors import InputError
 from gelcone.membrane.table import ELEMENT_ERROR
 from gelcone.motion.profile import capacitance_of_states
 from gelcone.motion.single_film import single_film
-from gelcone.physics.bracket import halved
 from gelcone.physics.film.membrane import MembraneFilm
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array, Capacitance, Capacitances, Voltage

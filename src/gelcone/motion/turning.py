@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from gelcone.bracket import halved
 from gelcone.motion.flow import integrate
-from gelcone.physics.bracket import halved
 from gelcone.physics.members import Members
 from gelcone.quantity import Array
 

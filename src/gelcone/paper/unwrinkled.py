@@ -21,9 +21,9 @@ from typing import Any
 
 import numpy as np
 
+from gelcone.bracket import halved
 from gelcone.codes import Outcome
 from gelcone.physics.balance import NEAR_PULL_IN
-from gelcone.physics.bracket import halved
 from gelcone.physics.component import Numbers
 from gelcone.physics.film.film import Film
 

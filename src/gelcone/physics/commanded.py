@@ -17,8 +17,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from gelcone.bracket import rise
 from gelcone.physics.balance import NEAR_PULL_IN, NO_LOSS, STAYS, Loss, StaticBalance, single_balance
-from gelcone.physics.bracket import rise
 from gelcone.physics.circuit import Port
 from gelcone.physics.component import Numbers
 from gelcone.physics.pair import PairBalance, pair_balance

@@ -21,6 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from gelcone.bracket import sign_change, sign_changes
 from gelcone.physics.at_rest import BIAS_SHARE
 from gelcone.physics.balance import (
     NO_LOSS,
@@ -37,7 +38,6 @@ from gelcone.physics.balance import (
     rest_of,
     same_squared,
 )
-from gelcone.physics.bracket import sign_change, sign_changes
 from gelcone.quantity import Array
 
 GRID = 1601

@@ -11,8 +11,8 @@ import math
 import numpy as np
 import numpy.typing as npt
 
+from gelcone.bracket import sign_changes
 from gelcone.physics.balance import GRID, rest_of, single_balance
-from gelcone.physics.bracket import sign_changes
 from gelcone.physics.members import Members, Rows
 from gelcone.physics.system import ConeSystem
 from gelcone.quantity import Array

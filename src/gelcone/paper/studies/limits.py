@@ -9,6 +9,7 @@ import numpy as np
 
 from gelcone import dataset
 from gelcone.atlas import maps
+from gelcone.bracket import crossing
 from gelcone.dataset import attributes
 from gelcone.motion.attractor.classification import classify
 from gelcone.motion.attractor.search import NEARBY
@@ -22,7 +23,6 @@ from gelcone.paper.sampling import SIGN_BUDGET, Sample, sampled
 from gelcone.paper.studies.diagrams import PANELS
 from gelcone.paper.studies.samples import half, rows_same
 from gelcone.paper.studies.study import OF_FORCE, Progress, Study, reach_of
-from gelcone.physics.bracket import crossing
 from gelcone.physics.model import ConeModel
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from gelcone.physics.bracket import rise
+from gelcone.bracket import rise
 from gelcone.physics.component import Numbers
 from gelcone.physics.film.elastic import STEEP
 from gelcone.physics.film.film import Film, FilmState

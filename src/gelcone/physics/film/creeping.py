@@ -27,7 +27,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gelcone.physics.bracket import rise
+from gelcone.bracket import rise
 from gelcone.physics.component import Numbers
 from gelcone.physics.film.film import Border
 from gelcone.physics.film.taut import TautCone

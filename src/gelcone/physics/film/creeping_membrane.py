@@ -21,9 +21,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from gelcone.bracket import rise
 from gelcone.membrane.force import Pull
 from gelcone.membrane.mean_length import height_of, mean_length
-from gelcone.physics.bracket import rise
 from gelcone.physics.component import Numbers
 from gelcone.physics.film.branches import Branches
 from gelcone.physics.film.film import Border

@@ -11,12 +11,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from gelcone.bracket import rise
+from gelcone.membrane.crumpling import MOST_STRETCHED, SAME_STRETCH, crumpling
 from gelcone.membrane.force import NEVER
-from gelcone.membrane.gel import MOST_STRETCHED, crumpling
-from gelcone.physics.bracket import rise
 from gelcone.physics.component import Numbers
 from gelcone.physics.film.creeping import UNREACHED
-from gelcone.physics.film.crumpling import SAME_STRETCH
 from gelcone.physics.film.film import Border
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.implicit import known, root, traced

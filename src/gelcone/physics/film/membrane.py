@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from gelcone.bracket import RESOLVED
 from gelcone.codes import FilmPullIn, Outcome
 from gelcone.errors import InputError
 from gelcone.membrane import force as formulas
@@ -26,7 +27,6 @@ from gelcone.membrane.gel import Gel
 from gelcone.membrane.made import numbers_of, refusal
 from gelcone.membrane.mean_length import mean_length
 from gelcone.membrane.table import names as table_names
-from gelcone.physics.bracket import RESOLVED
 from gelcone.physics.component import Numbers
 from gelcone.physics.film import membrane_charge, membrane_slack
 from gelcone.physics.film.creeping_membrane import CreepingMembrane

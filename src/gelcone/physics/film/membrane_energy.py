@@ -14,10 +14,10 @@ from typing import Any
 
 import numpy as np
 
+from gelcone.bracket import halved
 from gelcone.membrane import force as formulas
 from gelcone.membrane.force import FLAT
 from gelcone.membrane.integrals import integrals
-from gelcone.physics.bracket import halved
 from gelcone.physics.component import Numbers
 from gelcone.physics.film import membrane_slack
 from gelcone.physics.laws import StrainEnergyLaw

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from gelcone.bracket import rise
 from gelcone.membrane import force as formulas
+from gelcone.membrane.crumpling import MOST_STRETCHED, crumpling
 from gelcone.membrane.force import FLAT
-from gelcone.membrane.gel import MOST_STRETCHED, crumpling
-from gelcone.physics.bracket import rise
 from gelcone.physics.component import Numbers
 from gelcone.physics.implicit import known, root
 from gelcone.physics.laws import StrainEnergyLaw

@@ -39,11 +39,10 @@ import numpy as np
 
 from gelcone.codes import FilmPullIn
 from gelcone.errors import InputError, check_name
+from gelcone.membrane.crumpling import SAME_STRETCH, crumpling, turnings
 from gelcone.membrane.force import NEVER
-from gelcone.membrane.gel import crumpling
 from gelcone.physics.component import Numbers
 from gelcone.physics.film.creeping import Creeping
-from gelcone.physics.film.crumpling import SAME_STRETCH, turnings
 from gelcone.physics.film.elastic import Elastic
 from gelcone.physics.film.film import Border, Film, FilmState, TracedState
 from gelcone.physics.film.taut import TautCone

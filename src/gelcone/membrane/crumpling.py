@@ -1,21 +1,18 @@
-"""The turnings of the voltage that crumples a film without tension.
+"""The voltage that crumples a film without tension, and its turnings.
 
-Without tension a film lies at one squared stretch t in both directions, at V G = Vb(t), see
-`gelcone.membrane.gel.crumpling`. A law may have a hump, the first maximum of Vb, where such a film pulls in, and a
-valley, the minimum behind it.
+Without tension a film lies at one squared stretch t in both directions, at V G = Vb(t). A law may have a hump, the
+first maximum of Vb, where such a film pulls in, and a valley, the minimum behind it.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import lru_cache
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
-from gelcone.membrane.gel import MOST_STRETCHED
-from gelcone.physics.bracket import rise
-from gelcone.physics.component import Numbers
-from gelcone.physics.laws import StrainEnergyLaw
+from gelcone.bracket import rise
 from gelcone.quantity import Array
 
 SAME_STRETCH = 1e-12
@@ -24,7 +21,40 @@ GRID = 2000
 """Squared stretches among which the first turning of Vb is searched."""
 
 
-def slope_within(law: StrainEnergyLaw, t: Any, n: Numbers) -> Any:
+MOST_STRETCHED = 1e4
+"""Largest squared stretch up to which turnings of the crumpling voltage are searched."""
+
+
+class Law(Protocol):
+    """A strain-energy law W(I1 - 3), as the membrane needs it."""
+
+    def compliance(self, strain: Any, n: Any, xp: Any = np) -> Any:
+        """1/(2 dW/dI1)."""
+
+    def stiffening(self, strain: Any, n: Any, xp: Any = np) -> Any:
+        """Minus the derivative of the compliance with respect to I1."""
+
+    def response(self, strain: Any, n: Any, xp: Any = np) -> Any:
+        """2 dW/dI1."""
+
+    def response_slope(self, strain: Any, n: Any, xp: Any = np) -> Any:
+        """The derivative of the response with respect to I1."""
+
+    def strain_limit(self, n: Any) -> Any:
+        """The largest I1 - 3."""
+
+
+def crumpling(law: Law, t: Any, n: Mapping[str, Any]) -> Any:
+    """Vb(t) = R (1 - t^-3)/t, the V G that cancels the stress of a film stretched equibiaxially by t^(1/2), with the
+    response R(I1) of its law; infinite at and beyond the stretch limit."""
+    t = np.asarray(t, dtype=float)
+    strain = 2.0 * t + t**-2.0 - 3.0
+    with np.errstate(all="ignore"):
+        found = (1.0 - t**-3.0) / (t * law.compliance(strain, n))
+    return np.where(strain >= law.strain_limit(n), np.inf, found)[()]
+
+
+def slope_within(law: Law, t: Any, n: Mapping[str, Any]) -> Any:
     """Derivative of Vb(t) below the stretch limit."""
     inverse = 1.0 / t
     square = inverse * inverse
@@ -33,7 +63,7 @@ def slope_within(law: StrainEnergyLaw, t: Any, n: Numbers) -> Any:
     return law.response_slope(strain, n) * strain_slope * shape + law.response(strain, n) * shape_slope
 
 
-def turnings(law: StrainEnergyLaw, n: Numbers) -> tuple[Array, Array]:
+def turnings(law: Law, n: Mapping[str, Any]) -> tuple[Array, Array]:
     """The t of the first maximum of Vb and of the minimum behind it; infinity where there is none. In the shape of the
     law's numbers."""
     arrays = np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in n.values())) if n else [np.zeros(())]
@@ -43,7 +73,7 @@ def turnings(law: StrainEnergyLaw, n: Numbers) -> tuple[Array, Array]:
 
 
 @lru_cache(maxsize=256)
-def _turnings_of(law: StrainEnergyLaw, names: tuple[str, ...], rows: bytes, count: int) -> tuple[Array, Array]:
+def _turnings_of(law: Law, names: tuple[str, ...], rows: bytes, count: int) -> tuple[Array, Array]:
     """The turnings of films of one law, (count,); ``rows`` holds the law's numbers, (names, count). They are cached,
     since they change with the gel alone and take longer than many a motion."""
     values = np.frombuffer(rows).reshape(-1, count)

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
-from gelcone.physics.bracket import crossing, halved, rise, sign_change, sign_changes
+from gelcone.bracket import crossing, halved, rise, sign_change, sign_changes
 
 
 @settings(deadline=None)

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from gelcone.membrane.gel import crumpling
-from gelcone.physics.film.crumpling import slope_within, turnings
+from gelcone.membrane.crumpling import crumpling, slope_within, turnings
 from gelcone.physics.laws import LAWS
 
 
