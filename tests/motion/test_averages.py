@@ -34,6 +34,7 @@ def test_points_repeat_after_a_lag_and_those_of_chaos_do_not():
     steps = np.arange(200)
     assert averages.repeats(np.stack([np.sin(2.0 * np.pi * steps / 7.0), np.cos(2.0 * np.pi * steps / 7.0)], axis=1))
     assert averages.repeats(1.0 + 1e-9 * np.random.default_rng(0).normal(size=(50, 1)))  # at rest, with rounding
+    assert averages.repeats(1e-18 * np.random.default_rng(0).normal(size=(50, 2)))  # the same of a flat film
     assert not averages.repeats(np.random.default_rng(0).normal(size=(200, 2)))
     logistic = [0.3]
     for _ in range(399):

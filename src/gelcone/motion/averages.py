@@ -13,7 +13,7 @@ import numpy as np
 from gelcone.motion.attractor.cycle import sampled
 from gelcone.motion.electrical import MEANINGS, mean_deliveries
 from gelcone.motion.exponents import LAST_BLOCKS, block_statistics
-from gelcone.motion.settle import Clock
+from gelcone.motion.settle import STILL, Clock
 from gelcone.physics.members import Members
 from gelcone.quantity import Array
 
@@ -76,9 +76,15 @@ def of_record(record: Array, periods: int) -> tuple[float, float]:
 
 def repeats(points: Array) -> bool:
     """Whether the later half of points (steps, features) of a motion returns, after up to `MOST_LAG` steps, to within
-    a share of its extent."""
+    a share of its extent, or is at rest.
+
+    This is asked of a record and not of its attractor, which `gelcone.regime` names: a record may end before its
+    motion has settled, and chaos before the record does.
+    """
     late = points[len(points) // 2 :]
     extent = float(np.ptp(points, axis=0).max(initial=0.0))
-    size = max(extent, float(np.abs(points).max(initial=0.0)) * RETURN)
+    if extent < STILL or len(late) < 2:
+        return True
+    size = max(extent, float(np.abs(points).max()) * RETURN)
     lags = range(1, min(MOST_LAG, len(late) - 1) + 1)
-    return len(late) < 2 or any(bool((np.abs(late[lag:] - late[:-lag]) <= RETURN * size).all()) for lag in lags)
+    return any(bool((np.abs(late[lag:] - late[:-lag]) <= RETURN * size).all()) for lag in lags)
