@@ -257,6 +257,13 @@ def test_a_lifted_film_with_a_limit_is_never_lost():
     np.testing.assert_allclose(balance.force(place, 0.0) - np.array([0.0, 1.0, 25.0, 900.0]) * place, 0.0, atol=1e-8)
 
 
+@pytest.mark.parametrize(("highest", "fails"), [(2.0, True), (np.nan, True), (np.inf, False)])
+def test_only_an_infinite_voltage_says_that_a_film_cannot_pull_in(highest, fails, monkeypatch):
+    balance = one(ConeModel(film=NoStateAbove(), bias=CubicBias()))
+    monkeypatch.setattr(NoStateAbove, "highest_squared", lambda self, x, n: np.full(np.shape(x), highest)[()])
+    assert balance.film_fails is fails
+
+
 @pytest.mark.parametrize(("k1", "kind", "squared"), [(3.0, PullIn.FILM, 2.0), (1.2, PullIn.PITCHFORK, 1.2)])
 def test_a_film_that_has_no_state_above_a_voltage_pulls_in_there(k1, kind, squared):
     model = ConeModel(film=NoStateAbove(), bias=CubicBias(), bias_stiffness=k1)

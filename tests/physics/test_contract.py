@@ -159,6 +159,11 @@ def test_a_bias_that_returns_nan_is_refused_by_its_formula(which):
         ConeModel(bias=other(Pulls, force=force)())
 
 
+def test_a_film_of_which_no_highest_voltage_is_known_is_refused():
+    with pytest.raises(InputError, match=r"Wrong.highest_squared: is NaN at x = 0; return infinity if no voltage"):
+        ConeModel(film=other(Hangs, highest_squared=lambda self, x, n: np.where(np.abs(x) > 0.0, np.inf, np.nan))())
+
+
 @pytest.mark.parametrize("held", [Together, TautCone])
 def test_a_part_of_a_component_is_proved_too(held):
     bad = other(Pulls, odd=False)() if held is Together else other(Soft, strain_limit=3.0)()

@@ -23,9 +23,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from gelcone.bracket import rise, sign_change, sign_changes
 from gelcone.codes import Code
 from gelcone.errors import InputError
-from gelcone.physics.bracket import rise, sign_change, sign_changes
 from gelcone.physics.system import ConeSystem
 from gelcone.quantity import Array
 
@@ -142,7 +142,7 @@ class StaticBalance:
     @cached_property
     def film_fails(self) -> bool:
         """Whether the film can pull in, whatever command leads to its voltage."""
-        return bool(np.isfinite(self.system.film.highest_squared(0.0, self.n)))
+        return float(self.system.film.highest_squared(0.0, self.n)) != math.inf
 
     @cached_property
     def segments(self) -> dict[int, list[tuple[float, float]]]:

@@ -27,6 +27,7 @@ from gelcone.physics.contract import (
     check_slope,
     listed,
     numbers_of,
+    wrong,
 )
 from gelcone.physics.differentiate import derivative
 from gelcone.physics.implicit import traced
@@ -181,6 +182,8 @@ class Film(Component):
                 Trial("describe", (), TEXT),
             ],
         )
+        if np.isnan(self.highest_squared(0.0, n)):
+            raise wrong(self, "highest_squared", "is NaN at x = 0", "return infinity if no voltage is too high")
         held, borders = [start[0] for start in y], bool(self.borders)
         check_slope(self, lambda x, own, xp: self.force(x, squared, own, one, xp), held, bool(self.odd(n)), borders)
         check_rates(self, len(self.states), lambda z, xp: self.rates(z[0], z[1], squared, z[2:], one, xp))
