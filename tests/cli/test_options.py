@@ -10,6 +10,7 @@ from gelcone.devices.device import find_device
 from gelcone.physics.records import FILMS
 from gelcone.presets import load_presets
 from gelcone.register import analyses
+from tests.answers import answer
 
 RECORDING = "time (s),voltage (V)\n0,0\n0.1,100\n0.2,0\n"
 
@@ -34,6 +35,16 @@ def test_options_of_a_recording_need_one(command_line):
     code, _, err = command_line("simulate", "biased-pump", "--drive-scale", "2")
     assert code == 2
     assert "--drive-scale: there is no --drive; name a CSV file" in err
+
+
+def test_what_was_interpreted_in_a_recording_is_a_warning_and_in_the_json(command_line, tmp_path):
+    (tmp_path / "drive.csv").write_text(RECORDING.replace(",", ";"))
+    typed = ("simulate", "biased-pump", "--film", "taut", "--drive", "drive.csv", "--over", "time=1 ms,2 ms", "--json")
+    code, out, err = command_line(*typed)
+    found = answer(out)["warnings"]
+    assert (code, err) == (0, "".join(f"Warning: {line}\n" for line in found))
+    assert found == ["drive.csv: cells are separated by semicolons"]
+    assert answer(command_line("devices", "--json")[1])["warnings"] == []
 
 
 @pytest.mark.parametrize("command", [name for name, own in analyses.COMMANDS.items() if own in analyses.ANALYSES])

@@ -12,7 +12,7 @@ from typing import NoReturn
 import click
 
 from gelcone._version import __version__
-from gelcone.cli.waiting import said_before
+from gelcone.cli.waiting import said_before, warned
 from gelcone.register import analyses
 
 OWN_COMMANDS = {
@@ -212,9 +212,12 @@ def _beginning(option: str, context: click.Context | None) -> list[str]:
 
 
 def _say_warning(message: Warning | str, category: type[Warning], *_: object, **__: object) -> None:
-    """A warning of gelcone as one line, without the place in the source. Those of libraries are not for users."""
+    """A warning of gelcone as one line, without the place in the source, on the error stream and for JSON. Those of
+    libraries are not for users."""
     from gelcone.errors import DoubtfulInput, LostWorker
 
     if not issubclass(category, DoubtfulInput | LostWorker):
         return
-    print(f"Warning: {' '.join(as_typed(str(message), sys.argv[1:]).split())}", file=sys.stderr)
+    line = " ".join(as_typed(str(message), sys.argv[1:]).split())
+    warned().append(line)
+    print(f"Warning: {line}", file=sys.stderr)

@@ -17,7 +17,7 @@ import numpy as np
 
 from gelcone.analyses.answer import answer_json, bare_answer, in_si, plain, result_paths, write_results
 from gelcone.analyses.ask import Answers
-from gelcone.cli.waiting import BAR_SECONDS, STORED, logging, preparing, ticking
+from gelcone.cli.waiting import BAR_SECONDS, STORED, logging, preparing, ticking, warned
 from gelcone.codes import Outcome
 from gelcone.dataset import save
 from gelcone.files import check_writable, write_together
@@ -85,8 +85,9 @@ def say(command: str, as_json: bool, content: Any, words: str) -> None:
 
 
 def print_json(content: dict[str, Any]) -> None:
-    """Prints one JSON object. Numbers that are not finite are null or in words; infinite parameters are "inf"."""
-    click.echo(json.dumps(plain(content), allow_nan=False))
+    """Prints one JSON object, with the warnings until now. Numbers that are not finite are null or in words; infinite
+    parameters are "inf"."""
+    click.echo(json.dumps(plain(content | {"warnings": warned()}), allow_nan=False))
 
 
 class Output(NamedTuple):

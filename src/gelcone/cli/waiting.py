@@ -20,6 +20,13 @@ FIRST_SECONDS, LOG_SECONDS = 5.0, 20.0
 """Time to the first line about a run that is not watched on a terminal, and between the others."""
 
 
+def warned() -> list[str]:
+    """The warnings of the command that runs, a line each."""
+    context = click.get_current_context(silent=True)
+    lines: list[str] = context.meta.setdefault("gelcone.warnings", []) if context else []
+    return lines
+
+
 @contextmanager
 def preparing(label: str, name: Callable[[str], object]) -> Iterator[None]:
     """Calls ``name`` with the label of a progress line and what is being made, and with the label once it is there.
