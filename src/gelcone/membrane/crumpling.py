@@ -6,7 +6,7 @@ first maximum of Vb, where such a film pulls in, and a valley, the minimum behin
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from functools import lru_cache
 from typing import Any, Protocol
 
@@ -25,7 +25,7 @@ MOST_STRETCHED = 1e4
 """Largest squared stretch up to which turnings of the crumpling voltage are searched."""
 
 
-class Law(Protocol):
+class Law(Hashable, Protocol):
     """A strain-energy law W(I1 - 3), as the membrane needs it."""
 
     def compliance(self, strain: Any, n: Any, xp: Any = np) -> Any:
