@@ -54,13 +54,17 @@ FILM_ERRORS = ("film_error", "gain_error", "capacitance_error")
 takes from it, and of the capacitance in runs."""
 
 
-def film_errors(model: Ensemble) -> dict[str, float]:
-    """The `FILM_ERRORS` of a model, each the largest of its films and members; none for films in closed form."""
-    prefixes = [film.prefix for film in model.system.films if film.prefix + FILM_ERRORS[0] in model.system.numbers]
-    own = model.members().own_numbers if prefixes else {}
+def film_errors(*models: Ensemble) -> dict[str, float]:
+    """The `FILM_ERRORS` of models, each the largest of their films and members; none for films in closed form."""
+    fitted = [
+        (film.prefix, model.members().own_numbers)
+        for model in models
+        for film in model.system.films
+        if film.prefix + FILM_ERRORS[0] in model.system.numbers
+    ]
     with np.errstate(invalid="ignore"):
         return {
-            name: float(np.fmax.reduce([own[p + name] for p in prefixes], axis=None)) for name in FILM_ERRORS if own
+            n: max(float(np.fmax.reduce(own[p + n], axis=None)) for p, own in fitted) for n in FILM_ERRORS if fitted
         }
 
 

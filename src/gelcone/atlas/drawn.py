@@ -180,13 +180,13 @@ def _labelled(
     return result.assign_attrs(analysis=analysis)
 
 
-def _shown_axis(name: str, values: Array, meaning: str, quantity: str, device: Device | None) -> dict[str, Variable]:
-    """An axis as a variable, in the unit in which it is read."""
+def _shown_frequencies(values: Array, device: Device | None) -> dict[str, Variable]:
+    """The axis of drive frequencies as a variable, in the unit in which it is read."""
     if device is None:
-        return {name: ((name,), values, meaning, quantity)}
-    measure = MEASURES[quantity]
-    attrs = {"long_name": meaning, "units": measure.shown, "quantity": quantity}
-    return {name: ((name,), values * measure.per_unit, "", attrs)}
+        return {"drive_frequency": (("drive_frequency",), values, "drive frequency", "frequency")}
+    measure = MEASURES["frequency"]
+    attrs = {"units": measure.shown, "quantity": "frequency"}
+    return {"drive_frequency": (("drive_frequency",), values * measure.per_unit, "drive frequency", attrs)}
 
 
 Result = tuple[dict[str, Variable], Array, dict[str, Any]]
@@ -252,7 +252,7 @@ def _windows(drawn: _Drawn, options: Mapping[str, Any], threads: int | None, pro
     }  # fmt: skip
     if opposite:
         variables["recommended_second_voltage"] = ((), second, *SECOND)
-    variables |= _shown_axis("drive_frequency", hertz, "drive frequency", "frequency", plan.device)
+    variables |= _shown_frequencies(hertz, plan.device)
     variables |= {
         "static_limit": (("static_limit",), np.array(STATIC_LIMITS), "quasi-static limit", "code"),
         "driven_limit": (("driven_limit",), np.array(DRIVEN_LIMITS), "limit of the driven motion", "code"),
@@ -319,7 +319,7 @@ def _responses(drawn: _Drawn, options: Mapping[str, Any], threads: int | None, p
         if name not in variables and name != "outcome":
             variables[str(name)] = dims, variable.values, "", dict(variable.attrs)
     outcome = whole["outcome"].transpose("member", ...).values.reshape(plan.size, -1)
-    variables |= _shown_axis("drive_frequency", hertz, "drive frequency", "frequency", plan.device)
+    variables |= _shown_frequencies(hertz, plan.device)
     variables["branch"] = ("branch",), np.array(BRANCHES), "sweep", "code"
     return variables, outcome[np.arange(plan.size), (outcome != Outcome.OK).argmax(axis=1)], {}
 

@@ -250,7 +250,8 @@ def _rows(file: str, text: str, notes: list[str]) -> tuple[list[list[str]], list
         raise InputError(
             f"{file}, line {numbers[0]}: is a header of {len(lines[0])} letters; give at most {LONGEST_HEADER}"
         )
-    separator = declared[1] if declared else _separator(lines[0])
+    # a semicolon or a tab where there is one, else a comma, else spaces
+    separator = declared[1] if declared else next((mark for mark in ";\t," if mark in lines[0]), " ")
     if separator == " ":
         # spaces before and within brackets belong to the unit of a heading, those around a slash to neither
         first = re.sub(r"\s+(?=[\[(/])|(?<=/)\s+", "", lines[0])
@@ -266,11 +267,6 @@ def _rows(file: str, text: str, notes: list[str]) -> tuple[list[list[str]], list
         known = {";": "semicolons", "\t": "tabs", " ": "spaces"}[separator]
         notes.append(f"cells are separated by {known}")
     return cells, numbers, separator
-
-
-def _separator(header: str) -> str:
-    """The separator of a header line: a semicolon or a tab where there is one, else a comma, else spaces."""
-    return next((mark for mark in ";\t," if mark in header), " ")
 
 
 def _heading(header: str, cells: list[str]) -> tuple[list[str], list[str | None]]:

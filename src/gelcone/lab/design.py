@@ -41,7 +41,6 @@ from gelcone.motion.envelope import envelope
 from gelcone.motion.natural import driven_frequency
 from gelcone.motion.ramp import stroke_and_blocked_force
 from gelcone.motion.settled import settled
-from gelcone.physics.model import ConeModel
 from gelcone.progress import Counted, Progress, weighted
 from gelcone.quantity import Array
 
@@ -314,12 +313,6 @@ def quiet_input() -> Iterator[None]:
         yield
 
 
-def _film_errors(models: Sequence[ConeModel]) -> dict[str, float]:
-    """The largest of the stated errors of the films of designs."""
-    each = [dataset.film_errors(model) for model in models]
-    return {name: max(own[name] for own in each) for name in each[0]} if each else {}
-
-
 def traps(wish: Wish, seed: int) -> dict[str, float]:
     """Objective -> probability of the design that is best in it without uncertainty and passes its check; objectives
     that depend on no free field are left out."""
@@ -414,6 +407,6 @@ def _labelled(wish: Wish, rows: Sequence[Row], seed: int, trap: Mapping[str, flo
             "samples": json.dumps(_stored(wish)),
             "seed": seed,
             "gelcone_version": __version__,
-            **_film_errors([row.device.to_model() for row in good]),
+            **dataset.film_errors(*(row.device.to_model() for row in good)),
         },
     )

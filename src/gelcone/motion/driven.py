@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone.motion.floquet import onset_voltage
-from gelcone.motion.plane import DRIVEN_LIMITS, YIELDS, Plane, Rows, is_flat
+from gelcone.motion.plane import DRIVEN_LIMITS, YIELDS, Plane, Rows
 from gelcone.progress import Counted, Progress, weighted
 from gelcone.quantity import Array
 
@@ -208,7 +208,7 @@ def _met(plane: Plane, omegas: Array, volts: Array, lower: Array, shift: float =
 
 def _onset(plane: Plane, omegas: Array, highest: float) -> tuple[Any, Any]:
     """Peak voltages at which flat rest loses stability under an unbiased drive; NaN where rest is not flat."""
-    if not is_flat(plane.model) or plane.shape.bias != 0.0:
+    if not plane.model.members().symmetric[0] or plane.shape.bias != 0.0:
         return np.nan, np.nan
     amplitude = plane.shape.amplitude
     found = onset_voltage(plane.model.replace(drive_frequency=omegas), highest=amplitude * highest)

@@ -78,10 +78,9 @@ def limits(
     >>> f"onset {found.onset_voltage.item():.5f}, pitchfork {found.pitchfork_voltage.item():.5f}"
     'onset 0.59953, pitchfork 0.70711'
     """
-    start_states(model, (0.0, 0.0))
-    members = model.members()
+    states = start_states(model, (0.0, 0.0))
     options: dict[str, Any] = {"at_once": at_once, "tolerance": tolerance}
-    found = limits_cells(members, members.start_states((0.0, 0.0)), **options, threads=threads, progress=progress)
+    found = limits_cells(model.members(), states, **options, threads=threads, progress=progress)
     return dataset.label(model, found.variables, outcome=found.outcome, options=options, title="limits")
 
 

@@ -364,8 +364,3 @@ CLOSE = 64
 YIELDS = ("stroke", "power", "damper_power", "apparent_power", "peak_charge", "field", "heating")
 _SLACK_AND_LIMIT = {"hoop slack": "hoop_slack", "meridional slack": "meridional_slack", "stretch limit": "near_limit"}
 _FAILINGS = (*_SLACK_AND_LIMIT.values(), "breakdown", "beyond_membrane")
-
-
-def is_flat(model: ConeModel) -> bool:
-    """True if a single model's flat film is an equilibrium."""
-    return bool(model.members().symmetric[0])

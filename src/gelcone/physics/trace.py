@@ -322,13 +322,7 @@ def fingerprint(roots: Sequence[Node]) -> str:
     own = [each[node.index] for node in solved for each in (node.graph.equations, node.graph.guesses)]
     nodes = ordered([*roots, *own])
     place = {node.index: i for i, node in enumerate(nodes)}
-    rows = [
-        (node.operation, [place[a.index] for a in node.arguments], node.value.hex() if _constant(node) else node.value)
-        for node in nodes
-    ]
+    values = [node.value.hex() if node.operation == "constant" else node.value for node in nodes]
+    rows = [(n.operation, [place[a.index] for a in n.arguments], own) for n, own in zip(nodes, values, strict=True)]
     longest = [node.graph.longest[node.index].hex() for node in solved]
     return repr((rows, [place[root.index] for root in roots], [place[node.index] for node in own], longest))
-
-
-def _constant(node: Node) -> bool:
-    return node.operation == "constant"

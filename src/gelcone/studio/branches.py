@@ -9,7 +9,7 @@ import numpy as np
 
 from gelcone.analyses.answer import in_si
 from gelcone.devices.units import DIMENSIONS
-from gelcone.plots.branches import has_mirror, sections_of
+from gelcone.plots.branches import has_mirror, section_of_event, sections_of
 from gelcone.progress import Stopped, current_watch
 from gelcone.quantity import Array
 from gelcone.studio.grids import Axis, Source
@@ -99,6 +99,4 @@ def _mark(shown: xr.Dataset, k: int, kind: int) -> Array:
     """Value, section and kind of an event: a column for each point of its section."""
     event = shown.isel(event=k)
     branch = shown.isel(branch=int(event["event_branch"]))
-    per, period = int(branch["nodes_per_repeat"]), int(branch["period"])
-    section = event["event_orbit"].values[: per * period : per, 0]
-    return np.stack(np.broadcast_arrays(float(event["event_value"]), section, float(kind)))
+    return np.stack(np.broadcast_arrays(float(event["event_value"]), section_of_event(branch, event), float(kind)))

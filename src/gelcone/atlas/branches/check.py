@@ -205,7 +205,8 @@ def run_perturbed(tree: Tree, **flow: Any) -> Checked:
 
 def _stable(number: int, branch: Branch) -> Iterator[_Perturbed]:
     """Runs near stable orbits of a branch, evenly chosen among those to which return is not too slow."""
-    inner = [k for k, point in enumerate(branch.points) if point.stable and not _at_end(branch, k)]
+    last = len(branch.points) - 1  # either end may be an orbit of another branch
+    inner = [k for k, point in enumerate(branch.points) if point.stable and (k not in (0, last) or last < 2)]
     for k in [inner[int(i)] for i in np.linspace(0, len(inner) - 1, min(ORBITS, len(inner)))]:
         periods = _periods(branch, branch.points[k])
         if periods <= MOST_PERIODS:
@@ -222,11 +223,6 @@ def _lost(number: int, branch: Branch) -> Iterator[_Perturbed]:
         periods = _periods(branch, unstable)
         if periods <= MOST_PERIODS:
             yield _Perturbed(number, branch, unstable, event, periods)
-
-
-def _at_end(branch: Branch, k: int) -> bool:
-    """True for the first and last point of a branch, which may be an orbit of another branch."""
-    return k in (0, len(branch.points) - 1) and len(branch.points) > 2
 
 
 def _periods(branch: Branch, point: Point) -> int:

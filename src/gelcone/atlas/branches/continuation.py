@@ -348,7 +348,7 @@ def _label(varied: Varied, tree: Tree, runs: Runs, checked: Checked, options: di
         "checked_orbits": ((), checked.orbits, "stable orbits near which runs started", "count"),
         "seeded": ((), checked.seeded, "branches that a settled cycle started", "count"),
     }
-    errors = varied.film_errors(np.concatenate([branch.values for branch in branches]))
+    errors = dataset.film_errors(varied.ensemble([np.concatenate([branch.values for branch in branches])]))
     outcome = np.array(Outcome.OK)
     result = dataset.label(varied.plan.cone, variables, outcome=outcome, options=options, title=TITLE, errors=errors)
     for variable in result.variables.values():

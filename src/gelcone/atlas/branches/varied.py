@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from gelcone.atlas.plan import STATES, Plan
-from gelcone.dataset import attributes, film_errors
+from gelcone.dataset import attributes
 from gelcone.devices.analysis import check_one
 from gelcone.devices.device import Device
 from gelcone.devices.numbers import SHIPPED
@@ -75,10 +75,6 @@ class Varied:
         """The models at values over the scales, each (members,)."""
         named = _named(self, values)
         return self.plan.at(named)[0] if self.device is None else at(self.device, named).to_model()
-
-    def film_errors(self, *values: Any) -> dict[str, float]:
-        """The stated errors of fitted films at values over the scales, each (members,)."""
-        return film_errors(self.ensemble(values))
 
     def starts(self, values: Sequence[float]) -> Array:
         """States (1, N) from which brute force settles: the initial ones, displaced where the disc would stay at
