@@ -305,7 +305,7 @@ def drawn_of(model, count=3):
         if isinstance(model, gelcone.ConeModel)
         else {"moving_mass": DRAWS["moving_mass"]}
     )
-    return drawn._Drawn(Plan(model, {}, None, draws))
+    return Plan(model, {}, None, draws)
 
 
 def test_the_spread_of_draws_below_zero_is_a_positive_share():
@@ -354,7 +354,7 @@ def test_the_envelope_of_each_draw_is_that_of_its_own_plane(monkeypatch):
     assert options == {"margin": 0.25, "limits_from": "both", "highest_peak": 0.9 - numbers(3)[0]}
     assert sum(counted) == pytest.approx(1.0)
     own = {"frequencies": np.array([[0.5, 0.75]] * 3), "peaks": np.array([[0.1, 0.9], [0.1, 0.8], [0.1, 0.25]])}
-    monkeypatch.setattr(drawn._Drawn, "axis", lambda of, name, *given: (own[name][0], own[name]))
+    monkeypatch.setattr(drawn, "_axis", lambda of, name, *given: (own[name][0], own[name]))
     value = drawn._windows(of, {"peaks": "given"}, 5, None)[0]
     np.testing.assert_allclose(value["recommended_peak"][1][2], [0.8 * 0.25] * 2)
     assert value["recommended_constant"][1][2] == pytest.approx(0.8 * 0.25)
@@ -373,15 +373,15 @@ def test_a_draw_is_examined_up_to_its_own_pull_in(monkeypatch):
 
 def test_an_axis_is_shared_in_si_and_each_draws_own_without_units():
     of = drawn_of(PUMP)
-    shared, each = of.axis("frequencies", "frequency", ["8 Hz", "10 Hz"], None)
+    shared, each = drawn._axis(of, "frequencies", "frequency", ["8 Hz", "10 Hz"], None)
     scales = [PUMP.replace(moving_mass=float(mass)).scales.frequency for mass in DRAWS["moving_mass"]]
     np.testing.assert_allclose(each, shared / np.array(scales)[:, None])
     assert np.ptp(scales) > 0.0
-    given, own = of.axis("frequencies", "frequency", None, lambda: [0.5, 0.75])
+    given, own = drawn._axis(of, "frequencies", "frequency", None, lambda: [0.5, 0.75])
     np.testing.assert_allclose(given, np.array([0.5, 0.75]) * PUMP.scales.frequency)
     np.testing.assert_allclose(own, given / np.array(scales)[:, None])
     with pytest.raises(gelcone.InputError, match="frequencies: must be at least 2 positive numbers that increase"):
-        of.axis("frequencies", "frequency", ["10 Hz", "8 Hz"], None)
+        drawn._axis(of, "frequencies", "frequency", ["10 Hz", "8 Hz"], None)
 
 
 def response_of(count, at=0.0):
@@ -410,7 +410,7 @@ def test_the_responses_of_draws_are_those_of_their_members_at_their_own_frequenc
 
     monkeypatch.setattr(drawn, "plain", {drawn.frequency: responses}.__getitem__)
     draws = {"damping_ratio": numbers(3), "voltage": numbers(3, at=0.25), "velocity": numbers(3, at=0.5)}
-    of = drawn._Drawn(Plan(CONE, {}, (0.25, 0.5), draws))
+    of = Plan(CONE, {}, (0.25, 0.5), draws)
     given = {"tolerance": 2e-9, "patience": 12.0}
     variables, outcome, _ = drawn._responses(of, given, 5, shares.append)
     (nominal, *parts) = asked

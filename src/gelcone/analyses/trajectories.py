@@ -12,6 +12,7 @@ from gelcone.analyses.answer import ending_lines, heading, pulled_in
 from gelcone.analyses.tables import side_by_side
 from gelcone.codes import FilmPullIn, Outcome
 from gelcone.motion.averages import repeats
+from gelcone.motion.response import LOSSES
 from gelcone.physics.balance import PullIn
 from gelcone.physics.film.pull_in import is_cone
 from gelcone.physics.placed import PREFIX
@@ -120,7 +121,7 @@ def _source_lines(shown: xr.Dataset, subject: Subject) -> list[str]:
     if shown["outcome"].ndim or subject.model.system.circuit.name == "ideal":
         jumps = not shown["outcome"].ndim and np.isinf(shown["peak_current"])
         return [_JUMPS] if jumps else []
-    lost = [name for name in ("damper", "film", "resistor", "leak", "dielectric") if f"{name}_dissipation" in shown]
+    lost = [name for name in LOSSES if f"{name}_dissipation" in shown]
     split = ", ".join(f"{name} {sized(shown[f'{name}_dissipation'].isel(time=-1), 4)}" for name in lost)
     found, both = [], PREFIX + "peak_current" in shown
     for prefix, name_of in (("", "first film's amplifier"), (PREFIX, "second film's amplifier"))[: 1 + both]:

@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 import reprlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -30,7 +29,15 @@ from gelcone.devices.si import shown_values, to_si
 from gelcone.devices.units import parse_many
 from gelcone.errors import InputError, check_name, unknown_name
 from gelcone.motion.driven import driven
-from gelcone.motion.envelope import MARGIN, SECOND, plane_of, recommended_peaks, said_in_proportion, second_voltage
+from gelcone.motion.envelope import (
+    MARGIN,
+    SECOND,
+    plane_of,
+    positive_axis,
+    recommended_peaks,
+    said_in_proportion,
+    second_voltage,
+)
 from gelcone.motion.plane import DRIVEN_LIMITS, Plane
 from gelcone.motion.static_limits import STATIC_LIMITS, peaks_of, static_limits_of
 from gelcone.physics.film.interpolated_pull_in import interpolated_curves
@@ -126,35 +133,27 @@ def over_draws(
         else:
             run = _windows if analysis == "envelope" else _responses
             errors = dataset.film_errors(members)
-            found = _labelled(plan, analysis, errors, *run(_Drawn(plan), options, threads, progress))
+            found = _labelled(plan, analysis, errors, *run(plan, options, threads, progress))
             found = said_in_proportion(found, plan.cone.system) if analysis == "envelope" else found
     found = found.assign_attrs(membranes=json.dumps(None if between is None else vars(between)))
     return found if plan.device is None else to_si(found, plan.device)
 
 
-@dataclass(frozen=True)
-class _Drawn:
-    """A plan of draws alone."""
+def _size(plan: Plan, quantity: str) -> Array:
+    """The unit of a quantity in SI, (draws,); 1 without a device."""
+    scale: Any = 1.0 if plan.device is None else at(plan.device, plan.grid).scales.size(quantity)
+    return np.broadcast_to(np.asarray(scale, dtype=float), (plan.size,))
 
-    plan: Plan
 
-    def size(self, quantity: str) -> Array:
-        """The unit of a quantity in SI, (draws,); 1 without a device."""
-        device = self.plan.device
-        scale: Any = 1.0 if device is None else at(device, self.plan.grid).scales.size(quantity)
-        return np.broadcast_to(np.asarray(scale, dtype=float), (self.plan.size,))
-
-    def axis(self, name: str, quantity: str, given: Any, default: Any) -> tuple[Array, Array]:
-        """An axis that all draws share, in SI, and dimensionless for each draw; ``default`` gives that of the model."""
-        device = self.plan.device
-        own = 1.0 if device is None else float(device.scales.size(quantity))
-        if given is None:
-            shared = np.asarray(default(), dtype=float) * own
-        else:
-            shared = np.atleast_1d(parse_many(name, given, MEASURES[quantity].unit) if device is not None else given)
-        if shared.ndim != 1 or shared.size < 2 or not (shared > 0.0).all() or not (np.diff(shared) > 0.0).all():
-            raise InputError(f"{name}: must be at least 2 positive numbers that increase")
-        return shared, shared / self.size(quantity)[:, None]
+def _axis(plan: Plan, name: str, quantity: str, given: Any, default: Any) -> tuple[Array, Array]:
+    """An axis that all draws share, in SI, and dimensionless for each draw; ``default`` gives that of the model."""
+    own = 1.0 if plan.device is None else float(plan.device.scales.size(quantity))
+    if given is None:
+        shared = np.asarray(default(), dtype=float) * own
+    else:
+        shared = parse_many(name, given, MEASURES[quantity].unit) if plan.device is not None else given
+    shared = positive_axis(name, shared)
+    return shared, shared / _size(plan, quantity)[:, None]
 
 
 def _labelled(
@@ -195,7 +194,7 @@ Result = tuple[dict[str, Variable], Array, dict[str, Any]]
 # --- envelopes --------------------------------------------------------------------------------------------------------
 
 
-def _windows(drawn: _Drawn, options: Mapping[str, Any], threads: int | None, progress: Progress) -> Result:
+def _windows(plan: Plan, options: Mapping[str, Any], threads: int | None, progress: Progress) -> Result:
     """The limits of every draw over the drive frequency, as `gelcone.envelope` finds them.
 
     Raises the `InputError` of the last draw if all are refused.
@@ -204,14 +203,14 @@ def _windows(drawn: _Drawn, options: Mapping[str, Any], threads: int | None, pro
     own = _options("envelope", options, taken)
     if not 0.0 <= own["margin"] < 1.0:
         raise InputError(f"margin = {own['margin']:g}: must be at least 0 and below 1")
-    plan, from_ = drawn.plan, own["limits_from"]
+    from_ = own["limits_from"]
     nominal, members = plan.cone, plan.at(plan.grid)[0].members()
     opposite = nominal.system.in_opposite_phase
     default = plane_of(nominal, threads, from_).default_frequencies
-    hertz, omegas = drawn.axis("frequencies", "frequency", own["frequencies"], default)
+    hertz, omegas = _axis(plan, "frequencies", "frequency", own["frequencies"], default)
     peaks: Sequence[Array | None] = [None] * plan.size
     if own["peaks"] is not None:
-        peaks = [*drawn.axis("peaks", "voltage", own["peaks"], None)[1]]
+        peaks = [*_axis(plan, "peaks", "voltage", own["peaks"], None)[1]]
     of_limit, count = (len(DRIVEN_LIMITS), hertz.size), plan.size
     low, high = np.full((2, count, *of_limit), np.nan)
     recommended, static = np.full((count, hertz.size), np.nan), np.full((count, len(STATIC_LIMITS)), np.nan)
@@ -257,7 +256,7 @@ def _windows(drawn: _Drawn, options: Mapping[str, Any], threads: int | None, pro
         "static_limit": (("static_limit",), np.array(STATIC_LIMITS), "quasi-static limit", "code"),
         "driven_limit": (("driven_limit",), np.array(DRIVEN_LIMITS), "limit of the driven motion", "code"),
     }
-    highest = float(np.fmax.reduce(top * drawn.size("voltage")))
+    highest = float(np.fmax.reduce(top * _size(plan, "voltage")))
     return variables, outcome, {"margin": own["margin"], "limits_from": from_, "highest_peak": highest}
 
 
@@ -284,20 +283,20 @@ def _options(analysis: str, given: Mapping[str, Any], taken: Mapping[str, Any]) 
 # --- frequency responses ----------------------------------------------------------------------------------------------
 
 
-def _responses(drawn: _Drawn, options: Mapping[str, Any], threads: int | None, progress: Progress) -> Result:
+def _responses(plan: Plan, options: Mapping[str, Any], threads: int | None, progress: Progress) -> Result:
     """The frequency responses of all draws over the same frequencies."""
     import xarray as xr
 
     taken = {"frequencies": None, "transient": None, "patience": None, "tolerance": None}
     own = {name: value for name, value in _options("frequency", options, taken).items() if value is not None}
-    plan, alone = drawn.plan, plain(frequency)
+    alone = plain(frequency)
 
     def default() -> Array:
         start = plan.initial if plan.device is None else state_of(plan.device, plan.initial)
         nominal = alone(plan.cone, initial=start, threads=threads)
         return np.asarray(nominal["drive_frequency"].values)
 
-    hertz, omegas = drawn.axis("frequencies", "frequency", own.pop("frequencies", None), default)
+    hertz, omegas = _axis(plan, "frequencies", "frequency", own.pop("frequencies", None), default)
     times: dict[str, Any] = {name: own.pop(name) for name in ("transient", "patience") if name in own}
     own |= _times(plan, times)
     model, states = plan.at(plan.grid)

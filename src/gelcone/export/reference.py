@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from gelcone.codes import CALL_SPAN, STEPS_PER_CALL
+from gelcone.devices.fields import DRIVE_NUMBERS
 from gelcone.export.sources import Exported, filled
 from gelcone.motion.flow import smallest_step
 from gelcone.physics.driven import DRIVE_PIECE, INPUTS, PHASE
@@ -82,7 +83,7 @@ class Reference:
 def test_program(exported: Exported) -> str:
     """Write a program that compares steps of the C with those of the integrator, under the device's drive."""
     device, motion = exported.device, Reference(exported)
-    amplitude, offset, frequency = (float(device.get(f)) for f in ("voltage_amplitude", "voltage_offset", "frequency"))
+    amplitude, offset, frequency = (float(device.get(field)) for field in DRIVE_NUMBERS)
     times = np.arange(STEPS + 1) / (STEPS * frequency)
     volts = 0.0 * times if exported.inside else offset + amplitude * np.sin(2.0 * np.pi * frequency * times)
     steps, right = [], []

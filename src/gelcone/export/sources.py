@@ -15,6 +15,7 @@ from gelcone._version import __version__
 from gelcone.codes import CALL_SPAN, STEPS_PER_CALL, Outcome
 from gelcone.devices.analysis import check_one
 from gelcone.devices.device import Device
+from gelcone.devices.fields import DRIVE_NUMBERS
 from gelcone.devices.record import LARGEST
 from gelcone.devices.scales import MEASURES
 from gelcone.errors import InputError
@@ -255,9 +256,7 @@ def sources(exported: Exported) -> dict[str, str]:
 
 def example(exported: Exported) -> str:
     """Write a program that drives the device by its voltage."""
-    amplitude, offset, frequency = (
-        float(getattr(exported.device, f)) for f in ("voltage_amplitude", "voltage_offset", "frequency")
-    )
+    amplitude, offset, frequency = (float(exported.device.get(field)) for field in DRIVE_NUMBERS)
     shown, turn, drive = "film voltage", "", ""
     if not exported.inside:
         before, after = (

@@ -185,7 +185,7 @@ def window_of(
     model = plane.model
     own_error = float(model.own_numbers["film_error"]) if isinstance(model.film, MembraneFilm) else None
     refine = frequencies is None
-    omegas = plane.default_frequencies() if frequencies is None else _axis("frequencies", frequencies)
+    omegas = plane.default_frequencies() if frequencies is None else positive_axis("frequencies", frequencies)
     default = peaks_of(plane, static_limits)
     creeps: dict[str, dataset.Variable] = thresholds(model, plane.bias_share) if duration is None else {}
     levels: dict[str, dataset.Variable] = {}
@@ -196,7 +196,7 @@ def window_of(
         default = peaks_of(plane, static_limits) if np.isfinite(static_limits).any() else default  # none above the held
         levels = {"held_voltage": (("held_voltage",), held.levels, "constant voltage that is held", "voltage")}
         progress = weighted(progress, 1.0 - HELD_SHARE)
-    volts = default if peaks is None else _axis("peaks", peaks)
+    volts = default if peaks is None else positive_axis("peaks", peaks)
     static = static_curves(plane, max(float(volts[-1]), float(default[-1])))
     lowest_static = np.nanmin(static_limits, initial=np.inf)
     part = weighted(progress, 1.0 - COEXISTING_SHARE) if kicked else progress
@@ -397,7 +397,8 @@ def _coexisting(
     return {n: (dims, all_frequencies(values), words, of) for n, (dims, values, words, of) in variables.items()}
 
 
-def _axis(name: str, values: npt.ArrayLike) -> Array:
+def positive_axis(name: str, values: npt.ArrayLike) -> Array:
+    """At least two positive numbers that increase, for an axis; `InputError` for others."""
     axis = np.atleast_1d(np.asarray(values, dtype=float))
     if axis.ndim != 1 or axis.size < 2 or not np.isfinite(axis).all() or axis[0] <= 0.0 or (np.diff(axis) <= 0.0).any():
         raise InputError(f"{name}: must be at least 2 positive numbers that increase; sort them and leave out doubles")

@@ -9,7 +9,7 @@ import numpy as np
 from gelcone.codes import Regime
 from gelcone.plots.map import borders_of, mark_cells, marks
 from gelcone.plots.map import legend as cell_legend
-from gelcone.plots.regime import REGIME_COLOURS, regime_cells
+from gelcone.plots.regime import REGIME_COLOURS, code_cells, regime_cells
 from gelcone.plots.style import shade, styled
 from gelcone.words import attractor_in_words
 
@@ -42,16 +42,12 @@ def basin_figure(cells: xr.Dataset) -> Figure:
 
 def attractor_map(cells: xr.Dataset, axes: Axes) -> None:
     """Cells in the colour of their attractor, or of their regime where they have none; failed ones hatched."""
-    from matplotlib.colors import BoundaryNorm, ListedColormap
-
     regime, borders = marks(cells)[0], borders_of(cells)
     regime_cells(axes, *borders, regime)
     number = cells["attractor"].values.T
     colours = attractor_colours(cells)
     if colours:
-        norm = BoundaryNorm(np.arange(len(colours) + 1) - 0.5, len(colours))
-        shown = np.ma.masked_less(np.minimum(number, len(colours) - 1), 0)
-        axes.pcolormesh(*borders, shown, cmap=ListedColormap(colours), norm=norm, rasterized=True)
+        code_cells(axes, *borders, np.minimum(number, len(colours) - 1), colours)
     mark_cells(cells, axes, regime != Regime.TRANSIENT)
     axes.set_xlabel(f"initial {axes.get_xlabel()}")
     axes.set_ylabel(f"initial {axes.get_ylabel()}")

@@ -108,11 +108,15 @@ def motion_colour(member: xr.Dataset) -> str:
 
 def regime_cells(axes: Axes, x: Array, y: Array, regime: Any) -> None:
     """Cells in the colour of their regime: codes (y, x) between the borders ``x`` and ``y``; -1 is blank."""
+    code_cells(axes, x, y, regime, [REGIME_COLOURS[r] for r in Regime])
+
+
+def code_cells(axes: Axes, x: Array, y: Array, codes: Any, colours: list[str]) -> None:
+    """Cells in the colour of their code from 0 on, (y, x), between the borders ``x`` and ``y``; -1 is blank."""
     from matplotlib.colors import BoundaryNorm, ListedColormap
 
-    colours = ListedColormap([REGIME_COLOURS[r] for r in Regime])
-    norm = BoundaryNorm(np.arange(len(Regime) + 1) - 0.5, len(Regime))
-    axes.pcolormesh(x, y, np.ma.masked_less(regime, 0), cmap=colours, norm=norm, rasterized=True)
+    norm = BoundaryNorm(np.arange(len(colours) + 1) - 0.5, len(colours))
+    axes.pcolormesh(x, y, np.ma.masked_less(codes, 0), cmap=ListedColormap(colours), norm=norm, rasterized=True)
 
 
 def mark_failed(axes: Axes, x: Array, y: Array, failed: Any) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from gelcone.paper.figures.figure import Table, paper_figure
-from gelcone.paper.films import CREEPING, film_of_model
+from gelcone.paper.films import CREEPING, TAKEN, film_of_model
 from gelcone.paper.reading import chaotic, finite_positive, positive
 from gelcone.paper.studies.ends import COUNTED_OVER, MODULI, MODULUS, NAME, RESISTANCES, TIME, TIMES, VOLTAGES, Case
 from gelcone.paper.truths import Share, share
@@ -33,7 +33,7 @@ class Row(NamedTuple):
 
 def rows_of(study: xr.Dataset) -> list[Row]:
     """The shares of each case."""
-    numbers = (study[name].values for name in ("series_resistance", "viscous_modulus_1", "relaxation_time_1"))
+    numbers = (study[name].values for name in TAKEN)
     added = [Case(*map(float, case)) for case in zip(*numbers, strict=True)]
     found = [map(share, read(study)) for read in (chaotic, positive, finite_positive)]
     return [Row(*row) for row in zip(added, *found, map(float, study["counted"].values), strict=True)]
