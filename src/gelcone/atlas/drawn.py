@@ -149,10 +149,10 @@ def _axis(plan: Plan, name: str, quantity: str, given: Any, default: Any) -> tup
     """An axis that all draws share, in SI, and dimensionless for each draw; ``default`` gives that of the model."""
     own = 1.0 if plan.device is None else float(plan.device.scales.size(quantity))
     if given is None:
-        shared = np.asarray(default(), dtype=float) * own
-    else:
-        shared = parse_many(name, given, MEASURES[quantity].unit) if plan.device is not None else given
-    shared = positive_axis(name, shared)
+        given = np.asarray(default(), dtype=float) * own
+    elif plan.device is not None:
+        given = parse_many(name, given, MEASURES[quantity].unit)
+    shared = positive_axis(name, given)
     return shared, shared / _size(plan, quantity)[:, None]
 
 

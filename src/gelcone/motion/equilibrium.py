@@ -199,19 +199,14 @@ def _failing(
 ) -> tuple[list[Array], list[FilmState], dict[str, npt.NDArray[np.bool_]]]:
     """Voltages on the films, their states, and masks of the assumptions that fail by name, at equilibria (members,
     points) at the commanded voltages ``held``."""
-    voltages = _on_films(balances, place, held)
+    squares = [balance.films(*at) for balance, *at in zip(balances, place, held**2, strict=True)]
+    voltages = [np.sqrt(np.stack(own)) for own in zip(*squares, strict=True)]
     with np.errstate(over="ignore", invalid="ignore"):
         states = members.film_states(place[..., None], voltages)
     fails = dict(outside(members, place[..., None], voltages, states))
     lost, before = (result[name].values.reshape(-1, 1) for name in ("pull_in_voltage", "pull_in_from"))
     fails["pulled_in"] = (held > lost) & (np.abs(place) > np.abs(before))
     return voltages, states, fails
-
-
-def _on_films(balances: list[StaticBalance], place: Array, commands: Array) -> list[Array]:
-    """The voltages on each film at rest at displacements under commands, (members, levels) each."""
-    found = [balance.films(*at) for balance, *at in zip(balances, place, commands**2, strict=True)]
-    return [np.sqrt(np.stack(squares)) for squares in zip(*found, strict=True)]
 
 
 def _wanted(displacements: npt.ArrayLike, balances: list[StaticBalance]) -> Array:

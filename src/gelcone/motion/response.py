@@ -132,7 +132,9 @@ def simulate(
         raise InputError("periods and times are both given; give one of them")
     if periods is None:
         periods = 20.0 if model.system.waveform.repeat else 1.0
-    _check_positive("periods", periods, "a positive number of drive periods")
+    if not (isinstance(periods, float | int | np.number) and np.isfinite(periods) and periods > 0.0):
+        shown = f"{periods:g}" if isinstance(periods, float) else repr(periods)
+        raise InputError(f"periods = {shown}: must be a positive number of drive periods")
     states0 = start_states(model, initial)
     if times is None:
         longest = float(np.max(periods * model.drive_period))
@@ -204,12 +206,6 @@ def _heat(members: Members, run: Trajectories) -> dict[str, dataset.Variable]:
     lost, half = heat_of(members.system, run.work), halfway(run.times)
     mean = (lost[:, -1] - lost[:, half]) / (run.times[:, -1] - run.times[:, half])
     return {name: ((), mean, f"{words}, in the second half", of) for name, (words, of) in HEAT.items()}
-
-
-def _check_positive(name: str, value: Any, bound: str) -> None:
-    if not (isinstance(value, float | int | np.number) and np.isfinite(value) and value > 0.0):
-        shown = f"{value:g}" if isinstance(value, float) else repr(value)
-        raise InputError(f"{name} = {shown}: must be {bound}")
 
 
 def _check_memory(members: int, samples: int) -> None:

@@ -69,12 +69,8 @@ def set_limits(spectrum: xr.Dataset, axes: Axes) -> None:
 def _frequency(spectrum: xr.Dataset) -> xr.DataArray:
     """The frequency axis: relative to the drive's for dimensionless results of drives that repeat."""
     in_si = spectrum["frequency"].attrs["units"] != "1"
-    return spectrum["frequency" if in_si or _has_runs(spectrum) else "frequency_ratio"]
-
-
-def _has_runs(spectrum: xr.Dataset) -> bool:
-    """Whether the spectrum is of runs of a drive that does not repeat, which have no lines."""
-    return bool((spectrum["flatness"].notnull() & spectrum["power_in_lines"].isnull()).any())
+    without_lines = (spectrum["flatness"].notnull() & spectrum["power_in_lines"].isnull()).any()  # it does not repeat
+    return spectrum["frequency" if in_si or without_lines else "frequency_ratio"]
 
 
 def _of_motion(spectrum: xr.Dataset) -> xr.DataArray:

@@ -265,7 +265,9 @@ def _find_late_cycles(
     members: Members, rows: npt.NDArray[np.intp], nearby: Nearby, evidence: Evidence, options: dict[str, Any]
 ) -> None:
     """Finds the cycles that motions of ``rows`` have reached during their measurement."""
-    rows = rows[~_is_chaotic(evidence, rows)]
+    wandering = (evidence.regime[rows] == Regime.TRANSIENT) & ~evidence.under_way[rows]
+    chaotic = wandering & (evidence.sign[rows] > 0) & (evidence.zero_one[rows] > CHAOTIC_K)  # both show it
+    rows = rows[~chaotic]
     if not rows.size:
         return
     reached = cycles_reached(members.take(rows), evidence.final[rows], **options)
@@ -273,13 +275,6 @@ def _find_late_cycles(
     cycles = find_cycles(members.take(there), evidence.final[there], period, **options)
     _on_cycles(members, there, cycles, evidence, options)
     nearby.ended[there, 0] = nearby.followed[there, 0]
-
-
-def _is_chaotic(evidence: Evidence, rows: npt.NDArray[np.intp]) -> npt.NDArray[np.bool_]:
-    """True for each row whose exponent and 0-1 test both show chaos."""
-    wandering = evidence.regime[rows] == Regime.TRANSIENT
-    agree = (evidence.sign[rows] > 0) & (evidence.zero_one[rows] > CHAOTIC_K)
-    return wandering & agree & ~evidence.under_way[rows]
 
 
 # --- measurements -----------------------------------------------------------------------------------------------------

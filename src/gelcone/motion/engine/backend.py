@@ -40,9 +40,11 @@ class EngineBackend:
 
     def run(self, job: Job, *, threads: int, progress: Progress, watch: Watch | None) -> None:
         """Fill the result of the job; raises `Stopped` once ``watch`` is stopped."""
-        run = _longest_first(job)
+        run = np.flatnonzero(job.runs)
         if not run.size:
             return
+        lengths = (job.times[run, -1] - job.start[run]) * job.members.rate[run]
+        run = run[np.argsort(-lengths, kind="stable")]  # the longest first, so that lanes finish at about the same time
         for part in _held_at_once(job, run):
             self._run(job, part, threads, weighted(progress, part.size / run.size), watch)
 
@@ -109,13 +111,6 @@ def _pulled_in(job: Job, run: npt.NDArray[np.intp], switches: Mapping[str, Array
 @lru_cache(maxsize=MOST_PROGRAMS)
 def _program(system: ConeSystem, keep: Keep, tolerance: float) -> Program:
     return Program(system, keep, tolerance, border_events(system), **corner_numbers(system))
-
-
-def _longest_first(job: Job) -> npt.NDArray[np.intp]:
-    """The members that run, the longest runs first, so that lanes finish at about the same time."""
-    run = np.flatnonzero(job.runs)
-    lengths = (job.times[run, -1] - job.start[run]) * job.members.rate[run]
-    return run[np.argsort(-lengths, kind="stable")]
 
 
 def smallest_step(members: Members) -> Array:
