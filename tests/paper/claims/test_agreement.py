@@ -9,7 +9,7 @@ import xarray as xr
 
 from gelcone.continuum.path import Ending
 from gelcone.errors import MissingDependency
-from gelcone.paper.claims.agreement import _why, agreement, shares_in_tension, survives, threshold_table
+from gelcone.paper.claims.agreement import _over_or_under, _why, agreement, shares_in_tension, survives, threshold_table
 from gelcone.paper.effort import QUICK
 from gelcone.paper.studies import STUDIES, continuum
 from gelcone.paper.studies.continuum import MISSING
@@ -78,8 +78,48 @@ def test_the_verdict_follows_from_the_forces(verdict, forces):
 
 
 def test_where_the_forces_do_not_agree_the_voltages_are_named():
-    said = _why(np.array([True, False, False]), np.array([0.0, 0.5, 1.2]), 0.07, 0.2)
-    assert said.startswith("They do not agree within 5% at v = 0.5, 1.2. Without voltage the two differ by up to 7% ")
+    assert _why(np.array([True, False, False]), np.array([0.0, 0.5, 1.2]), 0.07, 0.2) == (
+        "They do not agree within 5% at v = 0.5, 1.2. Without voltage the two differ by up to 7% for a/b = 0.2; at the "
+        "higher voltages a film without pre-stretch has lost its tension or pulled in, so that there is hardly any "
+        "force to compare."
+    )
+    assert _why(np.array([True]), np.array([0.0]), 0.02, 0.2) == (
+        "Both forces lie within 5% of each other at all voltages."
+    )
+
+
+@pytest.mark.parametrize(
+    ("deviation", "said"),
+    [
+        ((0.0, 0.3, np.nan), "overestimates the force everywhere, by up to 30%."),
+        ((-0.2, -0.1, 0.0), "underestimates the force everywhere, by up to 20%."),
+        ((-0.2, 0.3, 0.1), "overestimates the force by up to 30% and underestimates it by 20%."),
+    ],
+)
+def test_where_the_cones_force_is_too_large_and_too_small(deviation, said):
+    assert _over_or_under(np.array(deviation)) == f"Without voltage the cone {said}"
+
+
+def test_what_becomes_of_a_threshold():
+    """It may move, lie beyond what was searched, or be lost with the film's last state."""
+    both, lost = (1.0, 1.2), (np.nan, np.nan)
+    assert {
+        words: threshold_table(thresholds(**own))["pitchfork"]
+        for words, own in {
+            "kept": {"cone": both, "corrected": (1.2, 1.2)},
+            "moved": {"cone": both, "corrected": (1.4, 1.4)},
+            "none": {"cone": both, "corrected": lost},
+            "pulled in": {"cone": both, "corrected": lost, "lost": 0.687},
+            "not there": {"cone": lost, "corrected": lost},
+        }.items()
+    } == {
+        "kept": "cone 1.1 [1, 1.2]; corrected 1.2 (+9%): survives",
+        "moved": "cone 1.1 [1, 1.2]; corrected 1.4 (+27%): does not survive",
+        "none": "cone 1.1 [1, 1.2]; corrected none in the searched range: does not survive",
+        "pulled in": "cone 1.1 [1, 1.2]; corrected none: the film has no state above 0.687, it pulls in before: does "
+        "not survive",
+        "not there": "cone none in the searched range; corrected none in the searched range: does not survive",
+    }
 
 
 @pytest.mark.parametrize(
