@@ -173,3 +173,13 @@ def test_a_branch_is_faint_where_the_model_does_not_hold_and_reaches_the_points_
     labels = [handle.get_label() for handle in module.legend(nowhere)]
     assert module.NOWHERE in labels
     assert module.UNHELD_LABEL not in labels
+
+
+def test_the_figure_reaches_over_all_values_of_the_branches():
+    runs = {"run_section": (("run", "repeat", "state"), np.zeros((1, 1, 2))), "run_value": ("run", [2.0])}
+    made = branches().assign(runs).assign(lowest=(("branch", "point"), np.zeros((2, 4))))
+    made["value"].attrs["units"] = made["lowest"].attrs["units"] = "1"
+    figure = module.branches_figure(made.assign_attrs(parameter="drive_frequency", title="branches"))
+    above, below = figure.axes
+    assert above.get_xlim() == below.get_xlim() == (1.0, 4.0)
+    assert (above.get_ylabel(), below.get_xlabel()) == ("displacement\nonce per forcing period", "drive frequency")

@@ -88,3 +88,24 @@ def test_lengths_forces_voltages_and_capacitances_have_ticks_with_prefixes(unit,
     axis = blank().yaxis
     in_prefixes(axis, "", unit)
     assert axis.get_label_text() == ("" if tick else unit)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4])
+def test_each_test_has_a_panel_with_its_own_readings_and_the_bars_one_more(count):
+    tests = np.repeat(np.arange(count), 2)
+    fit = result(
+        {
+            "reading_test": ("reading", tests), "reading_name": ("reading", ["force"] * (2 * count)),
+            "reading_axis": ("reading", ["height (m)"] * (2 * count)), "reading_unit": ("reading", ["N"] * (2 * count)),
+            "reading_along": ("reading", [0.01, 0.02] * count), "measured": ("reading", 1.0 + tests),
+            "noise": ("reading", np.full(2 * count, 0.1)), "predicted": ("reading", 1.5 + tests),
+            "posterior": ("unknown", [0.5]), "prior": ("unknown", [1.0]), "deviation": ("unknown", [0.0]),
+        },
+        {"unknown": ("unknown", ["spring_rate"])},
+        attrs={"tests": json.dumps([f"test {k}" for k in range(count)]), "refused": 0, "title": "t", "chosen": "taut"},
+    )  # fmt: skip
+    *panels, bars = (axes for axes in device_fit_figure(fit).axes if axes.get_visible())
+    assert [axes.get_title() for axes in panels] == [f"test {k}" for k in range(count)]
+    for k, axes in enumerate(panels):
+        np.testing.assert_array_equal(data_of(axes.lines[-1]), [[0.01, 0.02], [1.5 + k] * 2])
+    assert bars.get_xlabel() == "standard deviation left, over the prior"

@@ -216,3 +216,15 @@ def test_the_work_of_a_cycle_lies_between_the_forces_from_rest_to_the_stroke_on_
     between = {(x, y) for x, y in area.get_paths()[0].vertices.tolist()}
     assert {(way * 2.0, -way), (way * 2.0, 2.0 * way)} <= between
     assert (float(way), way * 3.0) in {tuple(one.get_xydata()[0]) for one in axes.lines if len(one.get_xdata()) == 1}
+
+
+def test_equilibria_at_which_the_model_does_not_hold_are_crossed():
+    fails = np.zeros((9, 3))
+    fails[8, 2] = fails[1, 0] = 0.5  # at the highest voltage, and at one whose force is not drawn
+    found = statics().assign(validity_near_limit=(("constant_voltage", "equilibrium"), fails))
+    force_curves(found, axes := blank())
+    crosses = [data_of(one).tolist() for one in axes.lines if one.get_marker() == "x"]
+    assert crosses == [[[np.sqrt(1.6)], [0.0]], [[], []]]
+    assert line(axes, "model does not hold").get_marker() == "x"
+    force_curves(found.assign(validity_near_limit=0.0 * found["validity_near_limit"]), axes := blank())
+    assert not [one for one in axes.lines if one.get_marker() == "x"]

@@ -87,3 +87,13 @@ def test_a_name_stands_once_in_the_legend_however_many_curves_and_points_have_it
         [0.3, 3.0],
         [0.7, 7.0],
     ]
+
+
+@pytest.mark.parametrize(("curvature", "named"), [([1.0, 1.0, 1.0], False), ([-1.0, -1.0, -1.0], True)])
+def test_branches_that_are_born_below_have_a_name_where_there_are_some(curvature, named):
+    made = curves()
+    made["curvature"][0] = curvature
+    axes = plot(made).axes[0]
+    (dashed,) = [one for one in axes.lines if one.get_label() == locus.BELOW] or [None]
+    assert (dashed is not None) == named
+    assert any(one.is_dashed() for one in axes.lines) == named
