@@ -172,3 +172,13 @@ test("a badge says the same, whatever it has said before", () => {
     assert.deepEqual(now(), alone(["a", look, LEGEND], ["b", looks[1], LEGEND, look]));
   }
 });
+
+test("of a run that ended the sentence on the model is of that run, also where another motion has settled", () => {
+  const found = badge({ ended: "pulled in", shares: [{ code: 4, share: 1 }] }, { shares: [{ code: 0, share: 1 }], lines: ["periodic, period 1"], regime: 1 });
+  assert.equal(found.valid, "the model does not hold: film above breakdown all of the time until then");
+});
+
+test("a number of an older setting is pale also where it is compared", () => {
+  const look = (old) => ({ words: { shares: [{ code: 0, share: 1 }], seems: "x", ended: "" }, about: { film: FILM, si: true }, numbers: new Map([["stroke", { name: "stroke", place: 0, text: "1 mm", value: 1, old }]]) }), { own } = badge({});
+  for (const old of [true, false]) { own.show("b", look(old), LEGEND, look(false)); assert.deepEqual(own.rows.get("b").numbers.parts.map((e) => e.classList.has("old")), [old]); }
+});

@@ -63,6 +63,13 @@ test("the value of a control is in its own unit", () => {
   assert.deepEqual([own.value("voltage_amplitude", {}), own.value("release_height", {}), own.value("none", {})], [800, null, null]);
 });
 
+test("the same list of controls leaves each entry as it is, with the cursor in it", () => {
+  const { own } = controls(), before = [...own.rows.values()].map(({ number }) => number);
+  own.show(structuredClone(own.list), { voltage_amplitude: "5 V" });
+  assert.ok([...own.rows.values()].every(({ number }, k) => number === before[k]));
+  assert.equal(own.rows.get("voltage_amplitude").number.value, "5 V");
+});
+
 test("each number that a control writes it reads, however large or small", () => {
   const { own } = controls(), [control] = own.list.filter((c) => c.name === "voltage_amplitude");
   for (let power = -12; power <= 12; power++) for (const value of [1.234 * 10 ** power, -5 * 10 ** power]) assert.ok(near(own.value(control.name, { [control.name]: own.text(control, value) }) / value, 1, 1e-9), own.text(control, value));

@@ -8,7 +8,7 @@ browser();
 
 test("an envelope grows: limits without a motion first, then a window as far as it is known", () => {
   const { first, half } = envelope();
-  assert.deepEqual(first, [true, "drive: 10 Hz, peak 1800 V …"]);
+  assert.deepEqual(first, [true, false, "drive: 10 Hz, peak 1800 V …"]);
   assert.deepEqual(half, ["42 %", true, "drive: 7.5 Hz, peak 1234 V; so far the window ends at 1500 V"]);
 });
 

@@ -47,7 +47,7 @@ export function envelope() {
   const own = setUp("envelope");
   own.grids.message({ ...HEAD, id: own.id() }, { frequency: Float32Array.of(), window: Float32Array.of(), "limit pull-in": Float32Array.of() });
   own.panel.redrawOver();
-  const first = [texts(own.p.context).includes("static pull-in of the membrane"), own.panel.words.textContent];
+  const first = [...["static pull-in of the membrane", "recommended"].map((text) => texts(own.p.context).includes(text)), own.panel.words.textContent];
   forget(own.p.context);
   own.grids.message({ ...HEAD, id: own.id(), static: { "pull-in": 1900, none: null }, share: 0.42 }, { frequency: Float32Array.of(5, 10, 15), window: Float32Array.of(2000, 1000, 2000), "limit pull-in": Float32Array.of(2400, 1200, NaN) });
   const half = [own.said(), own.panel.running, own.panel.verdict(7.5, 1234)];

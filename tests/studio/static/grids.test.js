@@ -71,6 +71,26 @@ test("what went wrong is said in the panel, and after a lost connection all is a
   }
 });
 
+test("what is begun anew and left before it is whole is begun again, however whole it was before", () => {
+  for (const kind of ["map", "strip", "envelope"]) {
+    const { grids, id, state, setting, asked } = setUp(kind), count = () => asked.filter(([own]) => own === kind).length;
+    grids.message({ kind: "done", id: id() }, {}); grids.message({ kind: kind === "map" ? "followed" : "branches", id: id() }, {});
+    setting.values = { film_thickness: "0.3 mm" }; grids.changed(); wait(500);
+    for (const open of [kind === "map" ? "strip" : "map", kind]) { state.right = open; grids.opened(); }
+    assert.equal(count(), 3, kind);
+  }
+});
+
+test("what is of another setting and left by a step back is computed anew, also where only its branches were missing", () => {
+  for (const [kind, other] of [["strip", "map"], ["map", "strip"]]) {
+    const { grids, id, state, setting, asked } = setUp(kind), count = () => asked.filter(([own]) => own === kind).length;
+    grids.message({ kind: "done", id: id() }, {});
+    setting.values = { film_thickness: "0.3 mm" }; state.right = other; grids.controlsChanged();
+    state.right = kind; grids.opened();
+    assert.equal(count(), 2, kind);
+  }
+});
+
 test("what went wrong is said no more once it is asked for again, by another setting or by another look", () => {
   for (const kind of ["map", "strip", "envelope"]) {
     const { grids, panel, id, p, state, setting } = setUp(kind), read = () => texts(p.context).join(" "), fail = () => { forget(p.context); grids.failed({ id: id(), message: "no such range" }); };

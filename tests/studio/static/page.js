@@ -279,6 +279,7 @@ export function faults() {
     for (const name of e.className.split(" ").filter(Boolean)) if (!STYLED.has(name) && !SCRIPTED.includes(name)) wrong(e, `class ${name}`);
     for (const text of [e.title, e.own]) if (text && !readable(text)) wrong(e, text);
     for (const id of [e.htmlFor, ...["controls", "describedby", "labelledby"].map((name) => e.getAttribute(`aria-${name}`))]) if (id && ids.filter((own) => own === id).length !== 1) wrong(e, `refers to ${id}`);
+    if (["canvas", "div", "span"].includes(e.tagName) && e.getAttribute("aria-label") && !e.getAttribute("role")) wrong(e, "has a name that is not read, for want of a role");
     if (e.tagName === "button" && e.type !== "button") wrong(e, `type ${e.type}`);
     if (e.tagName === "input" && !["text", "range", "file"].includes(e.type)) wrong(e, `type ${e.type}`);
     if (["button", "select", "input"].includes(e.tagName) || ["img", "application", "tab", "tablist", "group"].includes(e.getAttribute("role"))) if (![e.getAttribute("aria-label"), e.textContent.trim(), e.title, label?.textContent.trim()].some(Boolean)) wrong(e, "has no name");

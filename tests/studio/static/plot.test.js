@@ -172,6 +172,16 @@ test("a plot is drawn on its own ground, sharp on every screen", () => {
   globalThis.devicePixelRatio = 1;
 });
 
+test("the name of an axis has the room between the ends of the plot about its own middle", () => {
+  const p = plot();
+  for (const [from, to] of [[0, 1], [0, 0.5], [0.75, 1]]) {
+    forget(p.context); p.axes([0, 1], [0, 1], { xLabel: "along", yLabel: "up", from, to });
+    const [along, up] = ["along", "up"].map((name) => p.context.calls.find((c) => c.name === "fillText" && c.args[0] === name)), middle = up.shift[1];
+    assert.ok(near(middle, (p.top + p.bottom) / 2) && near(along.args[1], (p.left + p.right) / 2));
+    assert.ok(near(up.args[3], 2 * Math.min(middle, 480 - middle)) && near(along.args[3], 2 * Math.min(along.args[1], 640 - along.args[1])));
+  }
+});
+
 test("a text breaks into lines that fit, a long word stands alone", () => {
   const g = { measureText: (text) => ({ width: 6 * text.length }) };
   assert.deepEqual(broken(g, "one two three", 48), ["one two", "three"]);

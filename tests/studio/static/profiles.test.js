@@ -57,3 +57,15 @@ test("profiles between heights and voltages, by hand", () => {
   }
   assert.deepEqual([profile("made", 0, 101), profile("other", 0, 0), profile("made", NaN, 0)], [null, null, null]);
 });
+
+test("each entry of a table is found by its own height, share and ring, however many there are of each", () => {
+  for (const [heights, shares, rings] of [[4, 2, 3], [2, 4, 3], [3, 5, 2], [2, 3, 6]]) {
+    const at = (i, j, k) => 100 * i + 10 * j + k, all = Array.from({ length: heights }, (_, i) => Array.from({ length: shares }, (_, j) => Array.from({ length: rings }, (_, k) => at(i, j, k)))).flat(2), none = all.map(() => 0);
+    add({ name: "counted", shares: Array.from({ length: shares }, (_, j) => j / (shares - 1)), rings }, { height: Array.from({ length: heights }, (_, i) => 5 * i), top: Array(heights).fill(1000), radius: all, rise: none, stretch: all, wrinkled: none });
+    for (let i = 0; i < heights; i++) for (let j = 0; j < shares; j++) {
+      const found = profile("counted", 5 * i, 1000 * Math.sqrt(j / (shares - 1)));
+      assert.equal(found.length, rings);
+      found.forEach((ring, k) => assert.ok(Math.abs(ring.radius - at(i, j, k)) < 1e-9 && ring.stretch === ring.radius, `${i} ${j} ${k}`));
+    }
+  }
+});

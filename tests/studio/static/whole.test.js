@@ -641,7 +641,7 @@ const placedLast = (canvas) => lastCalls(canvas).filter(({ args }) => args.every
 function seen() {
   const canvases = [document.getElementById("cone"), ...document.querySelectorAll(".view.shown .plot canvas")];
   return {
-    address: location.hash, body: ["header", "aside", "#badges", "#film-legend", "#motion"].map((one) => made(document.querySelector(one)).replace(/-p\.error role=alert( "[^"]*"| \[[^\]]*\])?/g, "no error")), views: document.querySelectorAll(".view.shown").map(made), classes: document.body.className,
+    address: location.hash, body: ["header", "aside", "#badges", "#film-legend", "#motion"].map((one) => made(document.querySelector(one)).replace(/-p\.error role=alert( "[^"]*"| \[[^\]]*\])?/g, "no error")), views: document.querySelectorAll(".view.shown").map(made), classes: document.body.className, styles: ["#badges", "#film-legend", ".grid.shown"].flatMap((one) => document.querySelector(one).all()).filter((e) => !e.hidden && (e.style.color || e.style.background)).map((e) => [e.className, e.textContent, e.style.color, e.style.background]),
     marks: document.querySelectorAll(".grid.shown .mark").map((own) => [own.className, own.hidden || own.style.transform]), pictures: canvases.map(seenLast), places: [document.getElementById("cone"), ...document.querySelectorAll("#map.shown canvas, #envelope.shown canvas")].map(placedLast),
   };
 }
@@ -662,7 +662,7 @@ test("after anything that is done the page is as one opened at its address, and 
     ["its other parameter", () => choose("#strip select", "disc_radius"), ["strip"], 1], ["the envelope", () => click('[data-tab="envelope"]'), ["envelope"], 1], ["a click in it.", () => drag("envelope", [300, 200]), ["look a spectrum statics", "look a spectrum statics"], 1],
     ["all tabs back", () => { for (const name of ["time", "portrait", "map"]) click(`[data-tab="${name}"]`); }, ["look a statics", "look a", "map"], 3], ["the settled motion.", () => click('[data-motion="settled"]'), [], 1],
     ["another theme", () => click("#theme"), [], 0], ["and back", () => click("#theme"), [], 0],
-    ["two settings", () => click("#compare"), ["look b with controls"], 1], ["the second differs.", () => choose('[data-name="film"] select', "taut"), ["look b with controls", "map"], 1], ["the first.", () => click("#side-a"), ["look a with controls", "map"], 1], ["the second", () => click("#side-b"), ["look b with controls", "map"], 1],
+    ["two settings", () => click("#compare"), ["look b with controls"], 1], ["the second differs.", () => choose('[data-name="film"] select', "taut"), ["look b with controls", "map"], 1], ["the first.", () => click("#side-a"), ["look a with controls", "map"], 1], ["in the dark", () => click("#theme"), [], 0], ["the second", () => click("#side-b"), ["look b with controls", "map"], 1], ["and in the light.", () => click("#theme"), [], 0],
     ["its subject", () => choose("#subject", "device:soft-film"), ["look b with controls", "map"], 1], ["one without units.", () => choose("#subject", "preset:base"), ["look b with controls", "map"], 1], ["the first one's equilibria", () => { click("#side-a"); click('[data-tab="statics"]'); }, ["look a with controls", "look a with controls statics", "look b statics", "map"], 2],
     ["the second is left.", () => { click("#side-b"); click("#compare"); }, ["look b with controls statics", "look a with controls statics", "map"], 2],
     ["all is reset.", () => { slide("disc_radius", 100, "onchange"); click("#reset-all"); }, ["look a statics", "look a statics", "map"], 2],

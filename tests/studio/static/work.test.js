@@ -34,3 +34,15 @@ test("kinds, labels and choices of panels", () => {
   for (const share of [0, 0.256, 0.999, 1]) own.progress(share);
   assert.deepEqual([said, own.text("a", 1.23456), own.text("b", 2), own.value("a")], [["0 %", "26 %", "100 %", ""], "1.235 mm", "2", 3]);
 });
+
+test("a drag that the system takes away settles where the hand was last", () => {
+  const canvas = document.createElement("canvas"), seen = [];
+  holding(canvas, (event, settled) => seen.push([event.at, settled]));
+  for (const [name, at] of [["down", 1], ["move", 2], ["move", 3], ["cancel", 0], ["move", 4], ["cancel", 5]]) canvas[`onpointer${name}`]({ at, button: 0 });
+  assert.deepEqual(seen, [[1, false], [2, false], [3, false], [3, true]]);
+});
+
+test("a choice of parameters has the names of the subject that is shown, also where only these change", () => {
+  const select = document.createElement("select");
+  for (const label of ["Voltage", "Voltage ratio", "Voltage"]) { fill(select, [{ kind: "number", name: "a", label }], "a"); assert.deepEqual(select.options.map((o) => o.textContent), [label]); }
+});

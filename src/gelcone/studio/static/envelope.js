@@ -84,7 +84,7 @@ export class EnvelopePanel extends Panel {
       p.inside((g) => { g.strokeStyle = c.edge; g.setLineDash([3, 4]); g.beginPath(); g.moveTo(p.left, p.Y(v)); g.lineTo(p.right, p.Y(v)); g.stroke(); });
       p.label(`${found.in_proportion ? "drive held at its peak:" : "static"} ${named(name)}`, p.left + 6, p.Y(v) - 9, { plate: true });
     }
-    p.label("recommended", p.left + 8, p.bottom - 10, { colour: c.taut, bold: true });
+    if (frequency.length) p.label("recommended", p.left + 8, p.bottom - 10, { colour: c.taut, bold: true });
   }
 
   drawOver(p) {

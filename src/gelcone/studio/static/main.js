@@ -460,6 +460,7 @@ const sharesShown = (look) => (sceneOf(look, looks.motion) !== look && look.shar
 
 function repaint() {
   for (const plot of Object.values(plots)) plot.redraw();
+  badge.keep(sides());
   for (const side of sides()) if (looks[side]?.words) badge.show(side, looks[side], hello, side === "b" ? looks.a : null);
   filmLegend();
   grids.redraw();

@@ -155,10 +155,11 @@ export class Plot {
     }
     g.stroke();
     g.textAlign = "center";
-    if (xLabel) { g.textBaseline = "bottom"; g.fillText(xLabel, (left + right) / 2, this.h - 1); }
+    const across = (left + right) / 2, up = (top + bottom) / 2, room = (middle, size) => 2 * Math.min(middle, size - middle); // a longer name is written narrower
+    if (xLabel) { g.textBaseline = "bottom"; g.fillText(xLabel, across, this.h - 1, room(across, this.w)); }
     if (yLabel) {
-      g.save(); g.translate(7, (top + bottom) / 2); g.rotate(-Math.PI / 2);
-      g.textBaseline = "middle"; g.fillText(yLabel, 0, 0); g.restore();
+      g.save(); g.translate(7, up); g.rotate(-Math.PI / 2);
+      g.textBaseline = "middle"; g.fillText(yLabel, 0, 0, room(up, this.h)); g.restore();
     }
   }
 
