@@ -13,7 +13,7 @@ pytestmark = pytest.mark.usefixtures("computed_once")
 COMMANDS = {
     "simulate": ["--periods", "10"],
     "static": ["--over", "constant_voltage=0 V:1.5 kV:4"],
-    "frequency": ["--over", "frequency=8 Hz:12 Hz:2"],
+    "frequency": ["--over", "frequency=8 Hz:9 Hz:2"],
     "envelope": ["--over", "frequency=8 Hz,10 Hz", "--over", "peak_voltage=500 V:1.5 kV:3"],
     "map": ["--over", "film_thickness=0.2 mm:0.3 mm:3", "--over", "moving_mass=4 g:8 g:3", "--patience", "1 s"],
 }

@@ -15,7 +15,9 @@ def found(tmp_path, source):
     return list(SCRIPT["findings"](path))
 
 
+@pytest.mark.slow
 def test_the_sources_break_no_rule(capsys):
+    """What the check of a change runs for itself."""
     status = SCRIPT["main"]()
     printed = capsys.readouterr().out
     assert status == 0, printed

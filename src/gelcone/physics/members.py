@@ -222,7 +222,11 @@ class Rows(Mapping[str, Array]):
     def take(self, index: Any) -> Rows:
         """The numbers of the members at ``index``, a slice, mask or array."""
         shared, *own = self._blocks[0], *(block[:, index] for block in self._blocks[1:])
-        return Rows(self._places, np.broadcast_to(shared[:, :1], (len(shared), own[0].shape[1])), *own)
+        count = own[0].shape[1]
+        fewer = count <= shared.shape[1]
+        return Rows(
+            self._places, shared[:, :count] if fewer else np.broadcast_to(shared[:, :1], (len(shared), count)), *own
+        )
 
     def missing(self, names: Sequence[str]) -> list[str]:
         """The ``names`` without a number."""

@@ -203,6 +203,7 @@ def _outcomes(
     outcome[raw.status == TOO_MANY_STEPS] = Outcome.STEP_LIMIT
     switching = [TERMINAL_EVENT + k for k, (_, border) in enumerate(members.system.borders) if border.switch]
     outcome[raw.status >= TERMINAL_EVENT] = Outcome.PULLED_IN
-    outcome[np.isin(raw.status, switching)] = Outcome.STEP_LIMIT  # for circuits; films are set in the next line
+    if switching:
+        outcome[np.isin(raw.status, switching)] = Outcome.STEP_LIMIT  # for circuits; films are set in the next line
     outcome[by >= 0] = Outcome.PULLED_IN
     return outcome.astype(np.int8)

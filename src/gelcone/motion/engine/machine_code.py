@@ -8,6 +8,7 @@ import threading
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +19,7 @@ from gelcone.motion.engine.loop import module_text, step_text
 from gelcone.motion.engine.plan import Job, Layout, Plan
 from gelcone.physics.members import Rows
 from gelcone.physics.trace import fingerprint
-from gelcone.quantity import Array
+from gelcone.quantity import Array, spread
 
 _ALIGNMENT = 128
 SECONDS_PER_BYTE = 1e-5
@@ -110,7 +111,7 @@ class Compiled:
         values = aligned(len(plan.numbers), padded)
         own.fill(plan.numbers, values[:, :members])
         table = aligned(max(len(self.layout.held), 1), padded)
-        self.prepare(values.ctypes.data, table.ctypes.data, padded)
+        self.prepare(address_of(values), address_of(table), padded)
 
         initial = np.zeros((members, states))
         given = np.asarray(states0, dtype=float)
@@ -119,7 +120,7 @@ class Compiled:
             if restart is not None:
                 initial[:, k] = restart
         first = each(start, members)
-        pieces, begun = (np.zeros((1, 1, 1)), 0) if terms is None else terms
+        pieces, begun = (np.zeros((members, 1, 1)), 0) if terms is None else terms
         given_terms = np.asarray(pieces, dtype=float)
         return Arrays(
             table=table,
@@ -128,8 +129,8 @@ class Compiled:
             start=first,
             times=times,
             corners=_corner_rows(corners, first),
-            pieces=np.array(np.broadcast_to(given_terms, (members, *given_terms.shape[1:])), order="C"),
-            first_piece=np.broadcast_to(np.asarray(begun, dtype=np.int64), (members,)).copy(),
+            pieces=np.array(spread(given_terms, (members, *given_terms.shape[1:])), order="C"),
+            first_piece=each(begun, members, np.int64),
             smallest=each(smallest_step, members),
             result=np.full((members, samples, states), np.nan),
             status=np.full(members, -1, dtype=np.int64),
@@ -143,11 +144,18 @@ class Compiled:
         )
 
 
-def each(value: npt.ArrayLike, members: int) -> Array:
+def each(value: npt.ArrayLike, members: int, kind: npt.DTypeLike = float) -> Any:
     """A new array with a value for each member."""
-    own = np.empty(members)
+    own = np.empty(members, dtype=kind)
     own[:] = value
     return own
+
+
+def address_of(array: npt.NDArray[Any]) -> int:
+    """The address of the values of an array; ``array.ctypes.data`` takes five times as long."""
+    if array.size and array.flags.writeable:
+        return ctypes.addressof(ctypes.c_char.from_buffer(array.data))
+    return int(array.ctypes.data)
 
 
 def _corner_rows(corners: npt.ArrayLike | None, start: Array) -> Array:
@@ -172,7 +180,7 @@ def aligned(*shape: int) -> Array:
     """Zeros that start at a multiple of the largest vector's size."""
     count = math.prod(shape)
     room = np.zeros(count + _ALIGNMENT // 8)
-    skip = (-room.ctypes.data // 8) % (_ALIGNMENT // 8)
+    skip = (-address_of(room) // 8) % (_ALIGNMENT // 8)
     return room[skip : skip + count].reshape(shape)
 
 
@@ -204,11 +212,11 @@ class Arrays:
         time."""
         job = np.zeros(len(Job), dtype=np.int64)
         for place, name in enumerate(_ADDRESSES):
-            job[place] = getattr(self, name).__array_interface__["data"][0]
+            job[place] = address_of(getattr(self, name))
         job[Job.MEMBERS], job[Job.SAMPLES] = self.times.shape
         job[Job.CORNER_COUNT] = self.corners.shape[1]
         job[Job.PADDED] = self.padded
         job[Job.SLOTS] = slots
-        job[Job.PIECES], job[Job.FIRST_PIECE] = self.pieces.ctypes.data, self.first_piece.ctypes.data
+        job[Job.PIECES], job[Job.FIRST_PIECE] = address_of(self.pieces), address_of(self.first_piece)
         job[Job.PIECE_COUNT] = self.pieces.shape[1]
         return job

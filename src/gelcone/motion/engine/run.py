@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import numpy.typing as npt
 
-from gelcone.motion.engine.machine_code import Arrays, Compiled, aligned
+from gelcone.motion.engine.machine_code import Arrays, Compiled, address_of, aligned
 from gelcone.motion.engine.plan import Job
 
 FIRST_STEPS = 256
@@ -31,9 +31,10 @@ class Work:
         self._scratch = aligned(layout.scratch_rows, plan.width)
         self._words = np.zeros(layout.words, dtype=np.int64)
         self._words[layout.code : layout.missing] = compiled.addresses
-        lanes, scratch, words, slots = (a.ctypes.data for a in (self.lanes, self._scratch, self._words, self.slots))
-        self._start = lanes, job.ctypes.data, words, slots
-        self._advance = lanes, scratch, job.ctypes.data, words, slots
+        arrays = (self.lanes, self._scratch, job, self._words, self.slots)
+        lanes, scratch, own, words, slots = map(address_of, arrays)
+        self._start = lanes, own, words, slots
+        self._advance = lanes, scratch, own, words, slots
 
     def start(self) -> None:
         """Takes the first members from the queue."""
