@@ -9,6 +9,7 @@ import xarray as xr
 
 import gelcone
 from gelcone.codes import Outcome, Regime
+from gelcone.errors import InputError
 from gelcone.motion import best_drive
 from gelcone.motion.best_drive import drive
 from gelcone.motion.envelope import plane_of
@@ -353,6 +354,7 @@ def searched(monkeypatch, **parts):
         number = next(made_windows)
         asked[("first", "second", "third")[number]] = options | {
             "cone": plane.model,
+            "plane": plane,
             "threads": plane.threads,
             "peaks": peaks,
             "static": static_limits,
@@ -385,6 +387,7 @@ def test_the_best_drive_says_of_each_number_what_was_found(monkeypatch):
     np.testing.assert_array_equal(asked["third"]["peaks"], asked["second"]["peaks"])
     for part in ("first", "second", "third"):
         assert (asked[part]["margin"], asked[part]["threads"], asked[part]["cone"]) == (0.2, 5, CONE), part
+        assert asked[part]["to_first"], part
     assert asked["first"]["static"] is asked["second"]["static"] is asked["third"]["static"]
     assert len(asked["static_limits_of"]) == len(asked["coexisting"]) == 1
     assert sum(shares) == pytest.approx(1.0)
@@ -397,6 +400,7 @@ def test_the_best_drive_says_of_each_number_what_was_found(monkeypatch):
         "stroke": 9.0, "work": 0.6 * 2.0 * np.pi / 1.6, "speed": np.sqrt(0.6 / 0.2), "power": 0.6,
         "supplied_power": 1.7,
         "apparent_power": 17.0, "limit_voltage": 1.95, "frequency_low": 1.0, "frequency_high": 1.9, "kick": 7.0,
+        "undecided_motions": 0,
     }  # fmt: skip
     for name, value in expected.items():
         assert float(found[name]) == pytest.approx(value), name
@@ -414,8 +418,32 @@ def test_the_best_drive_says_of_each_number_what_was_found(monkeypatch):
     assert (found.attrs["limit"], found.attrs["largest"]) == ("pull-in", "stroke")
     assert json.loads(found.attrs["options"]) == {
         **{"largest": "stroke", "margin": 0.2},
-        **{"lowest_frequency": 0.7, "highest_frequency": 1.7},
+        **{"lowest_frequency": 0.7, "highest_frequency": 1.7, "patience": None},
     }
+
+
+def test_motions_that_are_undecided_within_the_patience_are_counted_and_said(monkeypatch):
+    asked = searched(monkeypatch)
+    undecided = np.array([[Regime.TRANSIENT], [Regime.PERIODIC], [Regime.CHAOTIC], [Regime.TRANSIENT]])
+    monkeypatch.setattr(best_drive, "_searches", with_regime(best_drive._searches, undecided))
+    found = drive(CONE, lowest_frequency=0.7, highest_frequency=1.7, patience=50.0)
+    assert int(found["undecided_motions"]) == 2
+    assert "2 examined motions neither settled nor showed chaos, and are not taken: --patience" in gelcone.in_words(
+        found
+    )
+    assert (asked["first"]["plane"].patience, asked["first"]["plane"].brief) == (50.0, True)
+    with pytest.raises(InputError, match="patience = 0: must be positive"):
+        drive(CONE, lowest_frequency=0.7, highest_frequency=1.7, patience=0.0)
+
+
+def with_regime(searches, regime):
+    """The searches, the motions of the first of which have other regimes."""
+
+    def made(*given, **options):
+        wide, *others = searches(*given, **options)
+        return wide.assign(regime=(("f", "peak"), regime)), *others
+
+    return made
 
 
 def test_what_is_largest_may_lie_in_the_first_search(monkeypatch):

@@ -83,6 +83,25 @@ def test_peaks_are_examined_up_to_the_first_few_with_pull_in(limits_from, step):
         np.testing.assert_array_equal(np.isfinite(found["regime"][i]), np.arange(len(VOLTS)) < last)
 
 
+@pytest.mark.parametrize("limits_from", ["rest", "settled"])
+def test_up_to_the_first_limit_the_lowest_one_is_the_same_from_fewer_peaks(limits_from):
+    """And motions below it; what lies above is chaotic in many devices, and takes longest."""
+    limits = {"pull_in": PULL_IN, "hoop_slack": HOOP, "chaos": lambda omega: 0.9 + 0.0 * omega}
+    worlds = World(limits_from, **limits), World(limits_from, **limits)
+    whole, first = (
+        driven(world, OMEGAS, VOLTS, refine=True, progress=None, to_first=to_first)
+        for world, to_first in zip(worlds, (False, True), strict=True)
+    )
+    np.testing.assert_array_equal(first["frequency"], whole["frequency"])
+    for end in ("low", "high"):
+        np.testing.assert_array_equal(np.fmin.reduce(first[end], axis=1), np.fmin.reduce(whole[end], axis=1))
+    below = VOLTS[None] <= np.fmin.reduce(whole["low"], axis=1)[:, None]
+    np.testing.assert_array_equal(first["stroke"][below], whole["stroke"][below])
+    asked, every = ({(omega, peak) for omega, peak, _ in world.asked} for world in reversed(worlds))
+    assert asked < every
+    assert len({pair for pair in asked if pair[1] > 1.0}) < 0.5 * len({pair for pair in every if pair[1] > 1.0})
+
+
 def test_no_peak_far_above_the_constant_pull_in_is_examined():
     """To the first one above it by a hundredth; all else has its shape all the same."""
     world = World(hoop_slack=HOOP)

@@ -1,5 +1,6 @@
 """The plane of drive frequency and peak voltage: what it asks of its parts, and what it hands on."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,6 +10,7 @@ from gelcone.codes import Regime
 from gelcone.errors import InputError
 from gelcone.motion import envelope
 from gelcone.motion import plane as module
+from gelcone.motion.attractor.search import patience_of, transient_of
 from gelcone.motion.electrical import charge_of, field_of
 from gelcone.motion.plane import DRIVEN_LIMITS, DriveShape
 from gelcone.physics.model import ConeModel
@@ -112,6 +114,17 @@ class Found:
 
     def begin(self, rows, durations, patience):
         self.begun.append((rows.tolist(), durations.tolist(), patience))
+
+
+def test_motions_are_followed_for_the_patience_given_or_briefly():
+    """For 32 transients, or the default of `regime` where that is less."""
+    members = FLAT.replace(drive_frequency=[1.0, 1e-3]).members()
+    plane, transient = plane_of(), transient_of(members, None)
+    assert plane._budget(members) == {}
+    assert replace(plane, patience=70.0, brief=True)._budget(members) == {"patience": 70.0}
+    longest = np.minimum(32.0 * transient, patience_of(members, None))
+    np.testing.assert_array_equal(replace(plane, brief=True)._budget(members)["patience"], longest)
+    assert longest[0] == 32.0 * transient[0] < 1e5
 
 
 @pytest.mark.parametrize("classified", [False, True])

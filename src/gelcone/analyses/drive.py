@@ -41,6 +41,9 @@ def drive_words(shown: xr.Dataset, subject: Subject) -> str:
         lower, higher = (sized(stroke) for stroke in shown["detuned_stroke"])
         share = abs(float(shown["detuning"][0]))
         lines.append(f"  stroke at a frequency {share:.0%} lower {lower}, as much higher {higher}")
+    undecided = int(shown.get("undecided_motions", 0))  # not in files of 0.2
+    if undecided:
+        lines.append(f"  {undecided} examined motions neither settled nor showed chaos, and are not taken: --patience")
     kick = float(shown["kick"])
     if np.isfinite(kick):
         lines.append(f"  a kick of {sized(shown['kick'])} leads to another motion")

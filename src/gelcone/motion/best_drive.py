@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 
@@ -19,13 +20,14 @@ from gelcone.motion.plane import NUDGE, Plane
 from gelcone.motion.proportion import held_at_peak
 from gelcone.motion.regime import regime
 from gelcone.motion.response import simulate
+from gelcone.motion.settle import check_budgets
 from gelcone.motion.start import start_states
 from gelcone.motion.static_limits import static_limits_of
 from gelcone.motion.swing import settled_swing
 from gelcone.physics.model import ConeModel
 from gelcone.physics.statics import rest_displacement, rest_displacements
 from gelcone.progress import Progress, advance, weighted
-from gelcone.quantity import Array, Frequency
+from gelcone.quantity import Array, Frequency, Time
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -87,6 +89,7 @@ def drive(
     lowest_frequency: Frequency | None = None,
     highest_frequency: Frequency | None = None,
     margin: float = MARGIN,
+    patience: Time | None = None,
     threads: int | None = None,
     progress: Progress = None,
 ) -> xr.Dataset:
@@ -102,6 +105,8 @@ def drive(
         frequency and three times that.
     margin : share of the lowest limit by which the voltage stays below it. Half of it is left if the frequency is off
         by one per cent. Default 0.2.
+    patience : longest time for which a motion is followed to see on what it settles. Default 32 transients of `regime`,
+        and at most its patience: chaos is seen, but not whether it ends.
     threads : worker threads; default one a core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).
 
@@ -114,10 +119,11 @@ def drive(
     ``limit_voltage`` is the lowest limit of `gelcone.envelope` there, whose name is the attribute ``limit``.
     ``frequency_low`` and ``frequency_high`` are the examined frequencies between which the same peak voltage stays
     below all limits. ``kick`` is a sudden change of velocity that leads to another motion (infinity: none of those
-    tried). Over ``frequency``: ``window_peak``, the window's edge, and ``window_value``, the quantity to maximise
-    there. Over ``time``: ``displacement`` and ``drive_voltage`` of two drive periods. Over ``field``:
-    ``sensitivity``, the relative change of the stroke over that of a field at this drive (NaN if the motion ends, or
-    another one takes its place, within one per cent).
+    tried). ``undecided_motions`` is the number of examined motions that had neither settled nor shown chaos within the
+    ``patience``; none of them is taken. Over ``frequency``: ``window_peak``, the window's edge, and ``window_value``,
+    the quantity to maximise there. Over ``time``: ``displacement`` and ``drive_voltage`` of two drive periods. Over
+    ``field``: ``sensitivity``, the relative change of the stroke over that of a field at this drive (NaN if the motion
+    ends, or another one takes its place, within one per cent).
 
     Raises
     ------
@@ -144,13 +150,15 @@ def drive(
         raise InputError(f"{given[0]}: is given alone; give both ends of the frequencies, or neither")
     if device is not None:
         ends = dimensionless(dict.fromkeys(ends, "frequency"), ends, device.scales)
+        patience = dimensionless({"patience": "time"}, {"patience": patience}, device.scales)["patience"]
     if given and not 0.0 < ends["lowest_frequency"] < ends["highest_frequency"]:
         raise InputError(
             f"lowest_frequency = {lowest_frequency}: must be greater than 0 and below the highest frequency, "
             f"{highest_frequency}{'' if device is None else ' (in Hz, if without unit)'}"
         )
     check_window(cone, margin)
-    plane, zeta = plane_of(cone, threads), float(cone.damping_ratio)
+    check_budgets(patience=patience)
+    plane, zeta = replace(plane_of(cone, threads), patience=patience, brief=True), float(cone.damping_ratio)
     found = _searches(plane, largest, margin, _range(**ends), weighted(progress, 0.95))
     best = _best(largest, zeta, margin, *found)
     peak, omega = float(best.peak), float(best.frequency)
@@ -184,6 +192,7 @@ def drive(
         "frequency_low": ((), band[0], "lowest frequency at which this voltage is below all limits", "frequency"),
         "frequency_high": ((), band[1], "highest frequency at which this voltage is below all limits", "frequency"),
         "kick": ((), _kick(plane, best), "kick that leads to another motion", dataset.absent("velocity", "unknown")),
+        "undecided_motions": ((), _undecided(*found), "examined motions that had not settled in time", "count"),
         "window_peak": (("frequency",), curve[1], "highest recommended peak voltage", "voltage"),
         "window_value": (("frequency",), curve[2], f"{largest} there", _QUANTITY[largest]),
         "displacement": (("time",), motion["displacement"].values, "displacement", "length"),
@@ -200,7 +209,7 @@ def drive(
             "field": (("field",), np.array(names), "field of the device, or parameter of the model", "code"),
         },
         outcome=np.zeros(()),
-        options={"largest": largest, **ends, "margin": margin},
+        options={"largest": largest, **ends, "margin": margin, "patience": patience},
         title="best drive",
     )
     about = {} if device is None else device_attributes(device)
@@ -218,7 +227,7 @@ def _searches(
     plane: Plane, largest: str, margin: float, frequencies: Array | None, progress: Progress
 ) -> tuple[xr.Dataset, ...]:
     """Envelopes at the ``frequencies``, around the best drive in that one, and at the best frequency in both."""
-    window = partial(window_of, plane, static_limits_of(plane), margin=margin)
+    window = partial(window_of, plane, static_limits_of(plane), margin=margin, to_first=True)
     zeta = float(plane.model.damping_ratio)
     wide = window(frequencies=frequencies, progress=weighted(progress, 0.63))
     around = _around(wide, float(_best(largest, zeta, margin, wide).frequency))
@@ -226,6 +235,11 @@ def _searches(
     best = float(_best(largest, zeta, margin, wide, near).frequency)
     closest = _closest(plane, largest, zeta, best, wide, near)
     return wide, near, window(frequencies=closest, peaks=around["peaks"], progress=weighted(progress, 0.1))
+
+
+def _undecided(*envelopes: xr.Dataset) -> int:
+    """The number of examined motions that had neither settled nor shown chaos."""
+    return sum(int((one["regime"].values == Regime.TRANSIENT).sum()) for one in envelopes)
 
 
 def candidates(*envelopes: xr.Dataset) -> Candidates:

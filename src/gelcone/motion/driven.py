@@ -40,23 +40,26 @@ def driven(
     progress: Progress,
     ceiling: float = np.inf,
     pull_in: float = np.inf,
+    to_first: bool = False,
 ) -> dict[str, Array]:
     """Results of `Plane.examine`, each (frequencies, peaks); ``low`` and ``high`` (frequencies, limits), the intervals
     of the peak voltage in which each limit is first met; and ``frequency`` (frequencies,).
 
     At each frequency peaks are examined until the film pulls in, or up to the first above the constant ``pull_in``
-    voltage; the others are NaN. With ``refine``, frequencies are added until the lowest limit, or the ``ceiling`` where
-    that is lower, is known to `WITHIN` between any two. At these frequencies peaks are examined around the limits of
-    the neighbours, and yields are left out.
+    voltage; the others are NaN. ``to_first`` ends at the first limit, which leaves later ones unknown: above it motions
+    are often chaotic, and take longest. With ``refine``, frequencies are added until the lowest limit, or the
+    ``ceiling`` where that is lower, is known to `WITHIN` between any two. At these frequencies peaks are examined
+    around the limits of the neighbours, and yields are left out.
     """
     counted, confirmed = Counted(progress), set[tuple[float, float]]()
-    found = rows_of(plane, omegas, volts, weighted(counted, 0.5 if refine else 1.0), pull_in=pull_in)
+    first = weighted(counted, 0.5 if refine else 1.0)
+    found = rows_of(plane, omegas, volts, first, pull_in=pull_in, to_first=to_first)
     for _ in range(REFINEMENTS if refine else 0):
         between, lowest = unknown_between(plane, found, min(ceiling, float(volts[-1])), confirmed)
         if not between.size:
             break
         share = weighted(counted, 0.5 / REFINEMENTS)
-        more = rows_of(plane, between, volts, share, pull_in=pull_in, around=lowest)
+        more = rows_of(plane, between, volts, share, pull_in=pull_in, around=lowest, to_first=to_first)
         order = np.argsort(np.concatenate([found["frequency"], between]))
         found = {name: np.concatenate([values, more[name]])[order] for name, values in found.items()}
     counted.finish()
@@ -106,8 +109,10 @@ def rows_of(
     pull_in: float = np.inf,
     around: Array | None = None,
     yields: bool = True,
+    to_first: bool = False,
 ) -> dict[str, Array]:
-    """`driven` at the given frequencies, upwards from the lowest peak voltage to pull-in.
+    """`driven` at the given frequencies, upwards from the lowest peak voltage to pull-in, or ``to_first``, to the first
+    limit.
 
     With limits expected ``around`` voltages (frequencies,), peaks are examined upwards from a little below these, and
     downwards where a limit is met there already. Yields are left out then, and without ``yields``.
@@ -136,7 +141,8 @@ def rows_of(
         examine(rows[inside], columns[inside], lower if lower is None else lower[rows[inside]])
         lower = None if rest else found["final"][np.arange(len(omegas)), np.minimum(level, len(volts) - 1)]
         level[rising] += step
-        rising = rising[(level[rising] < len(volts)) & ~(met[rising, 0] > 0.0).any(axis=1)]
+        ends = met[rising] if to_first else met[rising, :1]
+        rising = rising[(level[rising] < len(volts)) & ~(ends > 0.0).any(axis=(1, 2))]
     falling = np.flatnonzero(first > 0)
     while (falling := falling[(first[falling] > 0) & (met[falling, :, first[falling]] > 0.0).any(axis=1)]).size:
         first[falling] -= 1

@@ -7,7 +7,7 @@ limits hold for a constant peak voltage reached on a slow ramp, driven limits fo
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -178,10 +178,11 @@ def window_of(
     margin: float = MARGIN,
     duration: float | None = None,
     kicked: bool = False,
+    to_first: bool = False,
     progress: Progress = None,
 ) -> xr.Dataset:
     """Compute the `envelope` in a plane with ``static_limits``, those of `static_limits_of`; without the motions to
-    which kicks lead unless motions are ``kicked``."""
+    which kicks lead unless motions are ``kicked``, and ``to_first``, with peaks up to the first limit alone."""
     model = plane.model
     own_error = float(model.own_numbers["film_error"]) if isinstance(model.film, MembraneFilm) else None
     refine = frequencies is None
@@ -200,7 +201,8 @@ def window_of(
     static = static_curves(plane, max(float(volts[-1]), float(default[-1])))
     lowest_static = np.nanmin(static_limits, initial=np.inf)
     part = weighted(progress, 1.0 - COEXISTING_SHARE) if kicked else progress
-    found = driven(plane, omegas, volts, refine=refine, progress=part, ceiling=lowest_static, pull_in=static_limits[-1])
+    reach: dict[str, Any] = {"ceiling": lowest_static, "pull_in": static_limits[-1], "to_first": to_first}
+    found = driven(plane, omegas, volts, refine=refine, progress=part, **reach)
     low = np.where(np.isnan(found["low"]), np.inf, found["low"])
     first = np.where(np.isfinite(low.min(axis=1)), low.argmin(axis=1), -1)
     recommended = recommended_peaks(found["low"], lowest_static, volts, margin)

@@ -13,7 +13,16 @@ import numpy.typing as npt
 from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError, check_name
 from gelcone.motion.attractor.classification import classify
-from gelcone.motion.attractor.search import PATIENCE, Search, Starts, are_slow, transient_of, transient_of_the_disc
+from gelcone.motion.attractor.search import (
+    CHAOS_TRANSIENTS,
+    PATIENCE,
+    Search,
+    Starts,
+    are_slow,
+    patience_of,
+    transient_of,
+    transient_of_the_disc,
+)
 from gelcone.motion.corners import between_corners, sampled_evenly
 from gelcone.motion.delivery import lost_in_jumps
 from gelcone.motion.electrical import apparent_power, charge_of, field_of
@@ -104,7 +113,9 @@ class Plane:
 
     ``membrane`` gives the voltages above which the membrane has pulled in that the first film stands for, where the
     model itself has no ``radius_ratio`` by which it is known. Constant voltages keep the proportion of the drive; with
-    ``own_bias`` those of films in opposite phase keep the model's bias.
+    ``own_bias`` those of films in opposite phase keep the model's bias. Motions are followed for the
+    ``patience``, by default that of `regime`; if ``brief`` for `CHAOS_TRANSIENTS` transients, enough to see chaos, but
+    not its end.
     """
 
     model: ConeModel
@@ -114,6 +125,8 @@ class Plane:
     membrane: PullInCurve | None = None
     limits_from: str = "rest"
     own_bias: bool = False
+    patience: float | None = None
+    brief: bool = False
 
     def __post_init__(self) -> None:
         check_name("motion that limits hold from", self.limits_from, FROM)
@@ -276,9 +289,17 @@ class Plane:
             rows = np.flatnonzero((outcome == Outcome.OK) & unclear & (waits == wait))
             if rows.size:
                 begin, options = (final, {"transient": float(wait), "patience": PATIENCE}) if wait else (start, {})
-                evidence = classify(members.take(rows), begin[rows], **options, **flow)
+                part = members.take(rows)
+                evidence = classify(part, begin[rows], **(options if wait else self._budget(part)), **flow)
                 final[rows], regime[rows], outcome[rows] = evidence.final, evidence.regime, evidence.outcome
         return final, regime, outcome, found
+
+    def _budget(self, members: Members) -> dict[str, Any]:
+        """The longest time for which motions are followed, as `classify` takes it; empty for its default."""
+        if self.patience is not None:
+            return {"patience": self.patience}
+        longest = np.minimum(patience_of(members, None), CHAOS_TRANSIENTS * transient_of(members, None))
+        return {"patience": longest} if self.brief else {}
 
     def _observe(self, members: Members, states: Array, lasts: Array | float, yields: bool) -> dict[str, Array]:
         """Flags (members,) by name of the assumptions that motions from ``states`` break within `PERIODS` drive periods

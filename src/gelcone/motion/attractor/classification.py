@@ -116,7 +116,7 @@ def classify(
     states: Array,
     *,
     transient: float | None = None,
-    patience: float | None = None,
+    patience: float | Array | None = None,
     budget: float = 20_000.0,
     progress: Progress = None,
     **flow_options: Any,

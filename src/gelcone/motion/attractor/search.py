@@ -90,10 +90,10 @@ def transient_of(members: Members, transient: float | None) -> Array:
     return default_transient(members) if transient is None else np.full(members.size, float(transient))
 
 
-def patience_of(members: Members, patience: float | None) -> Array:
+def patience_of(members: Members, patience: float | Array | None) -> Array:
     """Longest time for which motions are followed, (members,): ``patience``, or the default (`PATIENCE`)."""
     if patience is not None:
-        return np.full(members.size, float(patience))
+        return np.full(members.size, patience, dtype=float)
     return np.maximum(
         np.maximum(PATIENCE, PATIENCE_PERIODS * members.forcing_period),
         PATIENCE_TRANSIENTS * default_transient(members),
