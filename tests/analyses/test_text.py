@@ -153,11 +153,31 @@ def test_the_settled_motion_of_a_device_in_words():
     assert "the disc is at rest: yes" in tables.table_words(still, subject).splitlines()
 
 
+def with_their_headings(lines):
+    """Lines with what is common to several numbers, which stands in a line above them."""
+    heading, whole = "", []
+    for line in lines:
+        if not line.startswith("  "):
+            heading = line if line.endswith(":") else ""
+        whole.append(f"{heading} {line.strip()}" if heading and line != heading else line)
+    return whole
+
+
+def test_numbers_with_common_words_stand_below_them():
+    rows = {"own": "1 V", "limit of a ramp: slack": "2 V", "limit of a drive: slack": "3 V"}
+    rows |= {"limit of a ramp: chaos": "4 V", "limit of a ramp: rest": "none", "limit of a drive: rest": "none"}
+    assert tables._single_lines(rows, {"none"}) == [
+        "own: 1 V", "limit of a ramp:", "  slack: 2 V", "  chaos: 4 V", "limit of a drive: slack: 3 V",
+        "none: limit of a ramp: rest; limit of a drive: rest",
+    ]  # fmt: skip
+
+
 def test_a_table_has_a_line_for_every_number_and_says_what_is_not_reached():
     model = find_preset("spring").model.replace(voltage=0.1)
     found = gelcone.operating_limits(model)
     lines = text_of(tables.table_words, found, model)
     whole = "\n".join(lines).replace("\n  ", " ")
+    lines = with_their_headings(lines)
     for name, variable in found.data_vars.items():
         if name == "outcome" or str(name).startswith("validity"):
             continue

@@ -70,11 +70,16 @@ def _reasons(shown: xr.Dataset) -> set[str]:
 
 
 def _single_lines(rows: dict[str, str], reasons: set[str]) -> list[str]:
-    """A line for each number, and one for all that have no value for the same reason."""
+    """A line for each number, below a line of what they have in common, and one line for all that have no value for the
+    same reason."""
     names: dict[str, list[str]] = {}
     for label, value in rows.items():
         names.setdefault(value if value in reasons else label, []).append(label)
-    lines = [f"{label}: {rows[label]}" for own in names.values() if len(own) == 1 for label in own]
+    lines = []
+    for begin, ends in _by_begin([own[0] for own in names.values() if len(own) == 1]).items():
+        alike = begin != "" and len(ends) > 1
+        lines += [begin.rstrip()] if alike else []
+        lines += [f"  {end}: {rows[begin + end]}" if alike else f"{begin}{end}: {rows[begin + end]}" for end in ends]
     for reason, own in names.items():
         if len(own) > 1:
             line = f"{reason}: {'; '.join(_with_common_begin(own))}"
@@ -82,13 +87,18 @@ def _single_lines(rows: dict[str, str], reasons: set[str]) -> list[str]:
     return lines
 
 
-def _with_common_begin(labels: list[str]) -> list[str]:
-    """Labels of which those with the same words before a colon are joined."""
+def _by_begin(labels: list[str]) -> dict[str, list[str]]:
+    """The ends of labels by their words up to the last colon and its space, empty for those without one."""
     ends: dict[str, list[str]] = {}
     for label in labels:
         begin, colon, end = label.rpartition(": ")
         ends.setdefault(begin + colon, []).append(end)
-    return [begin + ", ".join(own) if begin else "; ".join(own) for begin, own in ends.items()]
+    return ends
+
+
+def _with_common_begin(labels: list[str]) -> list[str]:
+    """Labels of which those with the same words before a colon are joined."""
+    return [begin + ", ".join(own) if begin else "; ".join(own) for begin, own in _by_begin(labels).items()]
 
 
 MOST_VALUES = 6
