@@ -1,7 +1,7 @@
 """The membrane without tension: it is stretched evenly, by t^(1/2) in both directions, with V G = Vb(t).
 
-Vb is that of `gelcone.membrane.gel.crumpling`. Where the hoop is the more stretched direction the rims of the film keep
-their tension, and its area is that of the flat film, ``flat_area_i`` of `gelcone.membrane.table`.
+Vb is that of `gelcone.membrane.crumpling`. Where the hoop is the more stretched direction the rims of the film
+keep their tension, and its area is that of the flat film, ``flat_area_i`` of `gelcone.membrane.table`.
 """
 
 from __future__ import annotations
