@@ -38,9 +38,10 @@ def pytest_collectstart():
 
 
 def pytest_collection_finish():
-    """It does not look through the tests themselves later, either."""
+    """It does not look through the tests themselves later, either, and seldom through what they make."""
     gc.enable()
     gc.freeze()
+    gc.set_threshold(20_000)
 
 
 TOGETHER = {
