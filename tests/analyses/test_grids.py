@@ -93,7 +93,8 @@ def test_changes_of_regime():
     ]  # fmt: skip
     assert grids._threshold_lines(edited(thresholds(1), threshold_cascade=0))[1].endswith("1.25 to 1.5 V")
     once = grids._threshold_lines(thresholds(1).assign(threshold_of_one_path=("threshold", [1])))
-    assert once[1].endswith(", by a cascade of period doublings, of one path: that of another may lie elsewhere")
+    assert once[1].endswith(", by a cascade of period doublings, of one path")
+    assert once[2:] == ["  of one path: another, as one from a start 1e-12 away, may have another range"]
     assert grids._threshold_lines(thresholds(0)) == ["no change of regime"]
 
 

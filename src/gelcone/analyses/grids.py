@@ -61,8 +61,8 @@ def read_sweeps(text: str) -> list[str]:
     return sweeps
 
 
-ONE_PATH = "of one path: that of another may lie elsewhere"
-"""Words for a range of a change of regime that depends on the run."""
+ONE_PATH = "  of one path: another, as one from a start 1e-12 away, may have another range"
+"""Line about ranges of changes of regime that depend on the run."""
 
 
 def bifurcation_words(shown: xr.Dataset, subject: Subject) -> str:
@@ -84,12 +84,14 @@ def _threshold_lines(shown: xr.Dataset) -> list[str]:
     name = shown.attrs["parameter"]
     unit = unit_of(shown["threshold_low"])
     lines = []
-    for row in thresholds_of(shown):
+    found = thresholds_of(shown)
+    for row in found:
         at = f"{name} {row['low']:.6g} to {row['high']:.6g}{unit}"
         how = ", by a cascade of period doublings" if row["cascade"] else ""
-        once = f", {ONE_PATH}" if row["of_one_path"] else ""
+        once = ", of one path" if row["of_one_path"] else ""
         lines.append(f"  {row['branch']}: {row['from']} -> {row['to']} at {at}{how}{once}")
-    return ["changes of regime:" if lines else "no change of regime", *shortened(lines)]
+    more = [ONE_PATH] if any(row["of_one_path"] for row in found) else []
+    return ["changes of regime:" if lines else "no change of regime", *shortened(lines), *more]
 
 
 # --- maps -------------------------------------------------------------------------------------------------------------
