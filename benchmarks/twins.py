@@ -233,7 +233,15 @@ def without_bias(draw: Draw) -> Twin:
     own = cone(draw, voltage_bias=0.0) | creep(draw)
     own |= second(draw, own["film"])
     same, opposite = (ConeModel(**own | {"second_drive": drive}) for drive in ("same", "opposite"))
-    return Twin(same, opposite, (*MOTION, "operating limits"), but=("second", "initial", "peak_", "rms", "apparent"))
+    but = ("second", "initial", "peak_", "rms", "apparent", "current")
+    return Twin(same, opposite, (*MOTION, "operating limits"), turned=of_a_ramp, but=but)
+
+
+def of_a_ramp(found: Any) -> Any:
+    """An answer whose limits of a drive that grows in proportion have the names of those on a slow ramp: without a bias
+    they are the same."""
+    begin = "proportional_"
+    return found.rename({name: name.removeprefix(begin) for name in found.data_vars if name.startswith(begin)})
 
 
 def at_one_voltage(draw: Draw) -> Twin:
