@@ -70,6 +70,13 @@ test("the same list of controls leaves each entry as it is, with the cursor in i
   assert.equal(own.rows.get("voltage_amplitude").number.value, "5 V");
 });
 
+test("a number without a unit is sent as it is, typed or moved", () => {
+  const { row, changes } = controls(), { number, slider } = row("hoop_prestretch");
+  number.value = " 1.5 "; number.onchange();
+  slider.value = "500"; slider.onchange();
+  assert.deepEqual(changes.map(([, text]) => text), ["1.5", "2"]);
+});
+
 test("each number that a control writes it reads, however large or small", () => {
   const { own } = controls(), [control] = own.list.filter((c) => c.name === "voltage_amplitude");
   for (let power = -12; power <= 12; power++) for (const value of [1.234 * 10 ** power, -5 * 10 ** power]) assert.ok(near(own.value(control.name, { [control.name]: own.text(control, value) }) / value, 1, 1e-9), own.text(control, value));

@@ -116,6 +116,22 @@ test("how far a panel is, is said while it is open alone", () => {
   }
 });
 
+test("an open panel is computed anew where another setting is taken", () => {
+  for (const kind of ["map", "strip", "envelope"]) {
+    const { grids, setting, asked } = setUp(kind), count = () => asked.filter(([own]) => own === kind).length;
+    setting.values = { film_thickness: "0.3 mm" }; grids.controlsChanged();
+    assert.equal(count(), 2, kind);
+  }
+});
+
+test("how far an open panel is stays said where the other of two equal settings is taken", () => {
+  for (const kind of ["map", "strip", "envelope"]) {
+    const { grids, panel, said } = setUp(kind);
+    panel.progress(0.42); grids.controlsChanged();
+    assert.equal(said(), "42 %", kind);
+  }
+});
+
 test("what has all its cells is not begun again for the branches and bifurcations that were still followed", () => {
   for (const [kind, other] of [["strip", "map"], ["map", "strip"]]) {
     const { grids, panel, state, asked, id } = setUp(kind), again = () => asked.filter(([own]) => own === kind).length;

@@ -29,6 +29,13 @@ test("a file is asked for with what it is of, in every format", () => {
   assert.equal(saver.failed({ id: null, message: "of no question" }), false);
 });
 
+test("the dialog opens without what was said before", () => {
+  browser();
+  const saver = new Saver(document.createElement("dialog"), { ask: () => 1, state: () => ({ top: "time", periods: "5" }), setting: () => ({ preset: null }) });
+  saver.done("a.png is saved."); saver.show();
+  assert.deepEqual([saver.status.textContent, saver.status.getAttribute("role")], ["", "status"]);
+});
+
 test("what does not come as the connection is lost can be asked for again, and nothing else is said to be lost", () => {
   browser();
   let number = 7;

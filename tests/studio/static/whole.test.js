@@ -1,7 +1,8 @@
 // The whole page, opened anew for each test: what every answer and every hand changes, and what stays.
 import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
 import test, { afterEach } from "node:test";
-import { DARK, LIGHT, SELECTORS, SIZE, Socket, browser, draw, drawn, everything, faults, forget, made, near, page, texts, wait } from "./page.js";
+import { DARK, LIGHT, SELECTORS, SIZE, STATIC, Socket, browser, draw, drawn, everything, faults, forget, made, near, page, texts, wait } from "./page.js";
 
 const { colours } = await import("../../../src/gelcone/studio/static/colours.js");
 const HERTZ = { Hz: 0, kHz: 3 }, VOLTS = { V: 0, kV: 3 };
@@ -833,12 +834,30 @@ test("an opened device has the name in its file, whichever side it is on", async
 
 test("whatever can be pressed, set or read has its own name", async () => {
   await open("#device=biased-pump", false);
+  assert.match(readFileSync(new URL("index.html", STATIC), "utf8"), /<html lang="en">/); // the language in which it is read out
   const name = (e) => e.getAttribute("aria-label") ?? (document.querySelectorAll("label").find((own) => own.all().includes(e))?.querySelector("span")?.textContent || e.textContent);
   const names = (selector) => document.querySelectorAll(selector).filter((e) => e.id && e.id !== "address").map((e) => `${e.id}: ${name(e)}`);
   assert.deepEqual(names("header button, header select, header input"), ["subject: Device or preset", "browse: Gallery", "open: Open…", "file: Device file or measured curve", "unmeasure: Measured ×", "side-a: A", "side-b: B", "compare: Compare", "share: Copy link", "save: Save…", "theme: Light or dark"]);
   assert.deepEqual(names("main select, main input, main canvas, #play"), ["cone: The cone in cross-section and in perspective", "play: Pause", "scrub: Time in the run", "speed: Speed", "periods: Length of the run"]);
   assert.deepEqual(document.querySelectorAll("[role=\"tablist\"], [role=\"group\"], #film-legend").map((e) => e.getAttribute("aria-label")), ["Which setting the controls change", "Groups of parameters", "Colours of the film", "Part of the motion, here and in all plots", "Over time", "States", "Over parameters"]);
   assert.deepEqual(document.querySelectorAll('[role="status"], [role="alert"]').map((e) => e.id).filter(Boolean), ["notices", "lost", "general", "badges", "grid-share", "toast"]);
+});
+
+test("what is of the other of two settings leaves the controls and their errors as they are", async () => {
+  const { socket, answer, last } = await open("#device=biased-pump&b.device=soft-film&side=b"), shown = () => [document.querySelectorAll(".wrong").map((row) => row.dataset.name), document.getElementById("speed").options.map((o) => o.textContent)];
+  answer();
+  const { id } = socket.sent.find(({ side }) => side === "a");
+  slide("frequency", 300);
+  socket.give({ kind: "error", id: last("look").id, side: "b", control: "frequency", message: "b is wrong" });
+  const before = shown();
+  assert.deepEqual(before[0], ["frequency"]);
+  socket.give({ kind: "response", id, side: "a", about: ABOUT, words: { seems: "seems", ended: "", period: 7, shares: [{ code: 0, share: 1 }] } }, RUN());
+  assert.deepEqual(shown(), before);
+  document.querySelector('[data-tab="statics"]').click(); // asks for both
+  const [a] = socket.sent.filter(({ side }) => side === "a").slice(-1);
+  slide("frequency", 320); answer();
+  socket.give({ kind: "error", id: a.id, side: "a", control: "voltage_amplitude", message: "a is wrong" });
+  assert.deepEqual(shown()[0], []);
 });
 
 test("a drag over any picture goes on beyond its edge", async () => {

@@ -45,4 +45,7 @@ test("a drag that the system takes away settles where the hand was last", () => 
 test("a choice of parameters has the names of the subject that is shown, also where only these change", () => {
   const select = document.createElement("select");
   for (const label of ["Voltage", "Voltage ratio", "Voltage"]) { fill(select, [{ kind: "number", name: "a", label }], "a"); assert.deepEqual(select.options.map((o) => o.textContent), [label]); }
+  const [before] = select.options;
+  fill(select, [{ kind: "number", name: "a", label: "Voltage" }], "a");
+  assert.equal(select.options[0], before); // an open list stays open
 });

@@ -21,7 +21,7 @@ export class GridPanels {
   opened() {
     const panel = this.open;
     for (const other of Object.values(this.panels)) if (other !== panel) other.pause();
-    this.say("");
+    if (!panel?.running) this.say("");
     if (panel && this.page.controls().list.length) panel.show();
   }
 
