@@ -70,6 +70,13 @@ test("the same list of controls leaves each entry as it is, with the cursor in i
   assert.equal(own.rows.get("voltage_amplitude").number.value, "5 V");
 });
 
+test("a value in the unit of its control is read, also where no other unit is known", () => {
+  for (const unit of ["", "turns"]) {
+    const { own } = controls([{ ...LIST[3], unit, powers: {} }]), [{ name }] = own.list;
+    assert.equal(own.value(name, { [name]: `3 ${unit}`.trim() }), 3);
+  }
+});
+
 test("a number without a unit is sent as it is, typed or moved", () => {
   const { row, changes } = controls(), { number, slider } = row("hoop_prestretch");
   number.value = " 1.5 "; number.onchange();

@@ -15,7 +15,7 @@ const LOOK = { about: ABOUT, words: { ended: "", period: 20, shares: [] }, t: Fl
 const panel = (make, looks) => { const p = make(document.createElement("div"), { active: "a", a: LOOK, ...looks }, { time: () => null, state: () => null }); p.redraw(); return p; };
 
 test("separators, decimal commas, a byte order mark and units in either line are read", () => {
-  const texts = ["time (s),height (mm)\n0.001,5\n0.002,6e0\n", "\ufefftime (s);height (mm)\n0,001;5\n0,002;6\n", "Time [ms]\tdisplacement / m\r\n1\t0.005\r\n2\t0.006\r\n", "# note\n\"time\",\"height\"\n(ms),(um)\n1,5000\n2,6000\n"];
+  const texts = ["time (s),height (mm)\n0.001,5\n0.002,6e0\n", "\ufefftime (s);height (mm)\n0,001;5\n0,002;6\n", "Time [ms]\tdisplacement / m\r\n1\t0.005\r\n2\t0.006\r\n", "time (s)\theight (mm)\n0,001\t5\n0,002\t6,0\n", "# note\n\"time\",\"height\"\n(ms),(um)\n1,5000\n2,6000\n"];
   for (const text of texts) {
     const own = readMeasured("a.csv", text);
     assert.ok(own.over === "time" && near(own.along[0], 1, 1e-12) && near(own.along[1], 2, 1e-12) && near(own.values[1], 6, 1e-12), text);
