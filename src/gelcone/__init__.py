@@ -236,14 +236,14 @@ def _listing() -> dict[str, tuple[str, str]]:
 
     listing = ast.parse(pkgutil.get_data(__name__, "__init__.py") or b"")
     nodes = [node for block in listing.body if isinstance(block, ast.If) for node in block.body]
-    found: dict[str, tuple[str, str]] = {}
+    public_names: dict[str, tuple[str, str]] = {}
     for node, behind in zip(nodes, [*nodes[1:], None], strict=True):
         if isinstance(node, ast.ImportFrom):
             about = (
                 behind.value.value if isinstance(behind, ast.Expr) and isinstance(behind.value, ast.Constant) else ""
             )
-            found |= {alias.name: (str(node.module), str(about)) for alias in node.names}
-    return found
+            public_names |= {alias.name: (str(node.module), str(about)) for alias in node.names}
+    return public_names
 
 
 if not TYPE_CHECKING:  # else a type checker would take any name

@@ -21,12 +21,14 @@ def with_error(value: float, error: float) -> str:
     if not (math.isfinite(error) and error > 0.0):
         return f"{value:+.4g}"
     # Two digits of the error, and never more than six of the value.
-    own = 1 - math.floor(math.log10(error))
-    decimals = min(own, 5 - math.floor(math.log10(max(abs(value), error))))
+    error_decimals = 1 - math.floor(math.log10(error))
+    decimals = min(error_decimals, 5 - math.floor(math.log10(max(abs(value), error))))
     if not 0 <= decimals <= 8:
         return f"{value:+.3e} ± {error:.1e}"
     return (
-        f"{value:+.{decimals}f} ± {error:.{decimals}f}" if decimals == own else f"{value:+.{decimals}f} ± {error:.1g}"
+        f"{value:+.{decimals}f} ± {error:.{decimals}f}"
+        if decimals == error_decimals
+        else f"{value:+.{decimals}f} ± {error:.1g}"
     )
 
 
@@ -64,9 +66,9 @@ def time_unit(value: float, variable: xr.DataArray) -> tuple[float, str]:
     units = variable.attrs.get("units", "1")
     if units not in dict(TIMES):
         return 1.0, " time units" if units == "1" else f" {units}"
-    own = dict(TIMES)[units]
-    name, size = next((t for t in reversed(TIMES) if value * own >= FEWEST * t[1]), TIMES[0])
-    return size / own, f" {name}"
+    unit_size = dict(TIMES)[units]
+    name, size = next((t for t in reversed(TIMES) if value * unit_size >= FEWEST * t[1]), TIMES[0])
+    return size / unit_size, f" {name}"
 
 
 def lasting(value: float, variable: xr.DataArray, digits: int = 2) -> str:
@@ -113,11 +115,11 @@ def sized_with_error(variable: xr.DataArray, error: xr.DataArray | None, digits:
     if not (math.isfinite(value) and 0.0 < spread < math.inf):
         return sized(variable, digits)
     spread = float(f"{spread:.2g}")
-    left = 2 + _place(value) - _place(spread) if value else 2
+    digits_left = 2 + _place(value) - _place(spread) if value else 2
     measure = _measure_of(variable)
-    of, unit = (1.0, "1") if measure is None else (measure.per_unit, measure.unit)
-    (text, own), symbol = in_one_unit([value / of, spread / of], unit, max(left, 2))
-    return f"{text} ± {own}{unit_of(variable) if measure is None else f' {symbol}'}"
+    per_unit, unit = (1.0, "1") if measure is None else (measure.per_unit, measure.unit)
+    (text, error_text), symbol = in_one_unit([value / per_unit, spread / per_unit], unit, max(digits_left, 2))
+    return f"{text} ± {error_text}{unit_of(variable) if measure is None else f' {symbol}'}"
 
 
 def _place(value: float) -> int:

@@ -77,10 +77,10 @@ def sign_changes(function: Callable[[Any], Any], a: Any, b: Any) -> Any:
     with np.errstate(all="ignore"):
         of_b, of_a = function(b), function(a)
         sign, across = np.sign(of_b), np.sign(of_a)
-        found = _rise(lambda x: sign * function(x), a, b, sign * of_a, sign * of_b)
-        nearby = found + NEARBY * np.where(found - low > high - found, low - high, high - low)
-        pole = np.abs(function(nearby)) < SMALLER * np.abs(function(found))
-        apart = np.where((sign * across < 0.0) & ~pole, found, np.nan)
+        roots = _rise(lambda x: sign * function(x), a, b, sign * of_a, sign * of_b)
+        nearby = roots + NEARBY * np.where(roots - low > high - roots, low - high, high - low)
+        pole = np.abs(function(nearby)) < SMALLER * np.abs(function(roots))
+        apart = np.where((sign * across < 0.0) & ~pole, roots, np.nan)
     return np.where(across == 0.0, a, np.where(sign == 0.0, b, apart))[()]
 
 
@@ -89,10 +89,10 @@ def sign_change(function: Callable[[float], SupportsFloat], a: float, b: float) 
 
     Raises `ArithmeticError` for NaN, for equal signs at ``a`` and ``b``, and at a pole.
     """
-    found = float(sign_changes(lambda x: np.float64(function(float(x))), a, b))
-    if found != found:
+    root = float(sign_changes(lambda x: np.float64(function(float(x))), a, b))
+    if root != root:
         raise ArithmeticError(f"the function has one sign at {a!r} and {b!r}, or a pole between")
-    return found
+    return root
 
 
 def halved(before: Callable[[Any], Any], low: Any, high: Any, rounds: int) -> tuple[Any, Any]:

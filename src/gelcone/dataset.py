@@ -64,7 +64,9 @@ def film_errors(*models: Ensemble) -> dict[str, float]:
     ]
     with np.errstate(invalid="ignore"):
         return {
-            n: max(float(np.fmax.reduce(own[p + n], axis=None)) for p, own in fitted) for n in FILM_ERRORS if fitted
+            n: max(float(np.fmax.reduce(numbers[p + n], axis=None)) for p, numbers in fitted)
+            for n in FILM_ERRORS
+            if fitted
         }
 
 

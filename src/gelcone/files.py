@@ -116,8 +116,8 @@ def _reason(path: Path, error: OSError) -> str:
         try:
             with path.open("ab") as file:
                 file.write(bytes(PROBE))
-        except OSError as own:
-            return own.strerror or str(own)
+        except OSError as probe_error:
+            return probe_error.strerror or str(probe_error)
     return error.strerror or str(error)
 
 

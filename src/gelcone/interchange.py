@@ -94,15 +94,15 @@ def table(result: xr.Dataset, over: str | Sequence[str] | None = None) -> pd.Dat
     (3, 1.0)
     """
     check_result("table", result)
-    known = _by_dims(result)
+    groups = _by_dims(result)
     first = tuple(map(str, result.sizes))[:1]
-    most = max(known, key=lambda dims: len(known[dims]), default=())
-    wanted = (first if first in known else most) if over is None else (over,) if isinstance(over, str) else tuple(over)
-    dims = next((dims for dims in known if set(dims) == set(wanted)), None)
+    most = max(groups, key=lambda dims: len(groups[dims]), default=())
+    chosen = (first if first in groups else most) if over is None else (over,) if isinstance(over, str) else tuple(over)
+    dims = next((dims for dims in groups if set(dims) == set(chosen)), None)
     if dims is None:
-        tables = " | ".join(", ".join(own) or "()" for own in known)
-        raise InputError(f"over = {', '.join(wanted)}: no variable is over these dims; there are tables over {tables}")
-    return _table(result, dims, known[dims])
+        tables = " | ".join(", ".join(table_dims) or "()" for table_dims in groups)
+        raise InputError(f"over = {', '.join(chosen)}: no variable is over these dims; there are tables over {tables}")
+    return _table(result, dims, groups[dims])
 
 
 def _table(result: xr.Dataset, dims: tuple[str, ...], names: list[str]) -> pd.DataFrame:

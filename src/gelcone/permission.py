@@ -50,9 +50,9 @@ def check_data(kind: str, name: str, data: Mapping[str, Any]) -> None:
     allowed = _allowed.get()
     if allowed is None or not data:
         return
-    own = json.loads(record(name, data))
-    for known in (json.loads(text) for text in allowed if text.startswith("{")):
-        if all(key in known and known[key] == value for key, value in own.items()):
+    asked_record = json.loads(record(name, data))
+    for allowed_record in (json.loads(text) for text in allowed if text.startswith("{")):
+        if all(key in allowed_record and allowed_record[key] == value for key, value in asked_record.items()):
             return
     raise InputError(f"{kind} {name!r}: its data are not those with which gelcone was started; leave them out")
 

@@ -28,17 +28,17 @@ def spread(values: npt.ArrayLike) -> Array:
     Infinite values count as the largest. NaN if fewer than half of the draws have a value, as these do not represent
     the others.
     """
-    known = np.asarray(values, dtype=float)
-    found = np.full((len(QUANTILES), *known.shape[1:]), np.nan)
-    enough = (~np.isnan(known)).mean(axis=0) >= 0.5
+    numbers = np.asarray(values, dtype=float)
+    quantiles = np.full((len(QUANTILES), *numbers.shape[1:]), np.nan)
+    enough = (~np.isnan(numbers)).mean(axis=0) >= 0.5
     if np.any(enough):
-        own = known[:, enough]
+        columns = numbers[:, enough]
         with np.errstate(invalid="ignore"):  # interpolates between infinite values
-            between = np.nanquantile(own, QUANTILES, axis=0)
-        found[:, enough] = np.where(
-            np.isnan(between), np.nanquantile(own, QUANTILES, axis=0, method="nearest"), between
+            between = np.nanquantile(columns, QUANTILES, axis=0)
+        quantiles[:, enough] = np.where(
+            np.isnan(between), np.nanquantile(columns, QUANTILES, axis=0, method="nearest"), between
         )
-    return found
+    return quantiles
 
 
 def wilson(share: npt.ArrayLike, count: npt.ArrayLike, z: float = Z) -> tuple[Array, Array]:

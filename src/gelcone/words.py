@@ -69,19 +69,19 @@ def sheet_rows(sheet: xr.Dataset) -> list[tuple[str, list[str]]]:
     at the highest voltage."""
     shown = sheet.isel(constant_voltage=sheet["constant_voltage"].values > 0.0)
     count, last = shown.sizes["constant_voltage"], shown.isel(constant_voltage=-1)
-    of = ", first film" if "ramp_begin_voltage" in sheet else ""
-    rows = {"constant_voltage": f"constant voltage{of}", **SHEET_ROWS}
+    of_film = ", first film" if "ramp_begin_voltage" in sheet else ""
+    rows = {"constant_voltage": f"constant voltage{of_film}", **SHEET_ROWS}
     resonance = float(shown["natural_frequency"].max()) if shown["natural_frequency"].notnull().any() else 0.0
     among = {"half_width": resonance}  # in the unit of the frequency above it
-    found = [
+    table_rows = [
         (words, [sized_alike(shown[name][k : k + 1], among=among.get(name, 0.0))[0] for k in range(count)])
         for name, words in rows.items()
     ]
     if is_toleranced(sheet):
-        for (_, values), name in zip(found, rows, strict=True):
+        for (_, values), name in zip(table_rows, rows, strict=True):
             at = f"95 % at {sized(last['constant_voltage'])}"
             values.append(at if name == "constant_voltage" else interval_in_words(last, name))
-    return found
+    return table_rows
 
 
 def is_toleranced(sheet: xr.Dataset) -> bool:
@@ -97,16 +97,15 @@ def interval_in_words(sheet: xr.Dataset, name: str) -> str:
 def sheet_single(sheet: xr.Dataset) -> list[tuple[str, str]]:
     """The single numbers of a data sheet: the rest, and the settled motion under the drive."""
     rest = sheet["stiffness_at_rest"].isel(constant_voltage=0)
-    found = [("rest height", sized(sheet["rest_displacement"])), ("stiffness at rest", sized(rest))]
+    rows = [("rest height", sized(sheet["rest_displacement"])), ("stiffness at rest", sized(rest))]
     if sheet["apparent_power"].notnull():
-        found += [(words, sized(sheet[name])) for name, words in SHEET_DRIVE.items()]
+        rows += [(words, sized(sheet[name])) for name, words in SHEET_DRIVE.items()]
     if not is_toleranced(sheet):
-        return found
+        return rows
     still = sheet.isel(constant_voltage=0)
-    names = ["rest_displacement", "stiffness_at_rest", *SHEET_DRIVE][: len(found)]
+    names = ["rest_displacement", "stiffness_at_rest", *SHEET_DRIVE][: len(rows)]
     return [
-        (words, f"{value} ({interval_in_words(still, name)})")
-        for (words, value), name in zip(found, names, strict=True)
+        (words, f"{value} ({interval_in_words(still, name)})") for (words, value), name in zip(rows, names, strict=True)
     ]
 
 
@@ -124,7 +123,8 @@ def sheet_limits(sheet: xr.Dataset) -> list[str]:
         films = {"membrane_pull_in_voltage": " of the membrane", "pull_in_voltage": " of the cone"}
     bias = f" at the bias of {sized(sheet['ramp_begin_voltage'])}" if "ramp_begin_voltage" in sheet else ""
     lines = [
-        f"pull-in{of} under constant voltage{bias}: {sized(sheet[name])}{within[name]}" for name, of in films.items()
+        f"pull-in{of_film} under constant voltage{bias}: {sized(sheet[name])}{within[name]}"
+        for name, of_film in films.items()
     ]
     if "first_limit_voltage" in sheet:
         lines += _first_limit(sheet, within)
@@ -132,8 +132,10 @@ def sheet_limits(sheet: xr.Dataset) -> list[str]:
         failed = f", of which {sheet.attrs['failed']} have no state" if sheet.attrs["failed"] else ""
         named = json.loads(sheet.attrs["drawn"]).items()
         every = ", ".join(
-            f"{name} {own[0]:.3g} ± {own[1]:.2g}" if isinstance(own, list) else f"{name} {100.0 * own:.2g} %"
-            for name, own in named
+            f"{name} {deviation[0]:.3g} ± {deviation[1]:.2g}"
+            if isinstance(deviation, list)
+            else f"{name} {100.0 * deviation:.2g} %"
+            for name, deviation in named
         )
         text = f"tolerances: within these intervals lie 95 % of {sheet.attrs['draws']} draws{failed}, of {every}"
         lines += textwrap.wrap(text, SHEET_WIDTH, subsequent_indent="  ")
@@ -143,15 +145,15 @@ def sheet_limits(sheet: xr.Dataset) -> list[str]:
 def _first_limit(sheet: xr.Dataset, within: dict[str, str]) -> list[str]:
     """The first limit of the drive and the voltage below all limits, each with its interval ``within``."""
     opposite = held_at_peak(sheet)
-    first, more = str(sheet.attrs["first_limit"]), IN_PROPORTION * opposite
+    first, proportion = str(sheet.attrs["first_limit"]), IN_PROPORTION * opposite
     slow = "of the drive held at its peak" if opposite else "on a slow ramp"
     way = "of the drive" if first.startswith("driven ") else slow
-    peak = f" {way}, at a peak of {sized(sheet['first_limit_voltage'])}{within['first_limit_voltage']}{more}"
-    safe = f"{sized(sheet['safe_peak_voltage'])}{within['safe_peak_voltage']}{more}"
+    peak = f" {way}, at a peak of {sized(sheet['first_limit_voltage'])}{within['first_limit_voltage']}{proportion}"
+    safe = f"{sized(sheet['safe_peak_voltage'])}{within['safe_peak_voltage']}{proportion}"
     named = {"driven pull-in": f"{sheet.attrs.get('pull_in_of')} pull-in", "pull-in": "cone pull-in"}
-    own = (named if "membrane_pull_in_voltage" in sheet else {}).get(first, first.removeprefix("driven "))
+    limit_name = (named if "membrane_pull_in_voltage" in sheet else {}).get(first, first.removeprefix("driven "))
     lines = [
-        f"first limit: {own}{'' if np.isinf(sheet['first_limit_voltage']) else peak}",
+        f"first limit: {limit_name}{'' if np.isinf(sheet['first_limit_voltage']) else peak}",
         f"below every limit: peaks up to {safe}",
     ]
     if sheet[f"{PROPORTIONAL * opposite}dielectric_breakdown_voltage"].isnull():
@@ -387,8 +389,8 @@ def members_of(result: xr.Dataset, picks: Iterable[int] | None = None) -> list[t
 
 def with_own_axes(member: xr.Dataset) -> xr.Dataset:
     """A member whose axes have their own names; they are `sample` where their values in SI differ over the members."""
-    own = {name: c.dims[0] for name, c in member.coords.items() if c.ndim == 1 and name != "time"}
-    return member.swap_dims({dim: name for name, dim in own.items() if str(dim).endswith("sample")})
+    dims_by_name = {name: c.dims[0] for name, c in member.coords.items() if c.ndim == 1 and name != "time"}
+    return member.swap_dims({dim: name for name, dim in dims_by_name.items() if str(dim).endswith("sample")})
 
 
 # --- branches of periodic orbits --------------------------------------------------------------------------------------

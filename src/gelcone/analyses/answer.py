@@ -200,11 +200,11 @@ _YES_OR_NO = ("symmetric", "doubtful", "coexisting", "stable", "resting", "resol
 def result_json(result: xr.Dataset, left_out: Collection[str] = ()) -> dict[str, Any]:
     """The JSON object of a result: its attributes, coordinates and variables by name, but for those ``left_out`` and
     what every answer has a place for."""
-    own: dict[str, Any] = {name: value for name, value in result.attrs.items() if name not in _EVERYWHERE}
-    if "totals" in own:
-        own["totals"] = json.loads(own["totals"])
+    attributes: dict[str, Any] = {name: value for name, value in result.attrs.items() if name not in _EVERYWHERE}
+    if "totals" in attributes:
+        attributes["totals"] = json.loads(attributes["totals"])
     names = [name for name in map(str, result.variables) if name not in (*left_out, "outcome", "initial")]
-    return own | {n: variable_json(result[n]) for n in names if not n.startswith(("validity_", "film_state_"))}
+    return attributes | {n: variable_json(result[n]) for n in names if not n.startswith(("validity_", "film_state_"))}
 
 
 def variable_json(variable: xr.DataArray) -> Any:
@@ -270,9 +270,9 @@ def heading(subject: Subject, swept: Iterable[Any] = ()) -> list[str]:
     same = not swept & _names_of_films(subject)
     for k, film in enumerate(system.films):
         if same and film.prefix + "film_error" in system.numbers:
-            own = subject.model.own_numbers
-            known, gain, area = (np.max(own[film.prefix + name]) for name in dataset.FILM_ERRORS)
-            abouts[k] += f"; its force is known to {known:.1%}, what a voltage takes from it to {gain:.1%}, "
+            model_numbers = subject.model.own_numbers
+            force, gain, area = (np.max(model_numbers[film.prefix + name]) for name in dataset.FILM_ERRORS)
+            abouts[k] += f"; its force is known to {force:.1%}, what a voltage takes from it to {gain:.1%}, "
             abouts[k] += f"its capacitance to {area:.1%}"
     if subject.device is None and system.films[0].film.name == "taut":
         abouts[0] += ", the default without a device; --film membrane wrinkles, as the film of devices does"

@@ -90,8 +90,10 @@ def answer_to(result: xr.Dataset) -> tuple[Answers, Subject]:
     initial = _initial_of(result, device)
     if device is not None:
         return answers, Subject(device.to_model(), device, initial)
-    own = json.loads(result.attrs["model"])  # what a sweep varies has a value there too, an ensemble's has none
-    return answers, Subject(model_of(result.drop_vars([name for name in result.coords if name in own])), None, initial)
+    values = json.loads(result.attrs["model"])  # what a sweep varies has a value there too, an ensemble's has none
+    return answers, Subject(
+        model_of(result.drop_vars([name for name in result.coords if name in values])), None, initial
+    )
 
 
 def _answers_to(title: str, result: xr.Dataset) -> Answers:
@@ -155,8 +157,8 @@ def drawn_answers(analysis: str) -> Answers:
     """The answers, about draws, of the command of an analysis over an axis of its own."""
     from gelcone.analyses.drawn import over_draws_words
 
-    own = find_analysis(analysis)
-    return Answers(own.command, over_draws_words, partial(result_json, left_out=own.file_only))
+    analysis_entry = find_analysis(analysis)
+    return Answers(analysis_entry.command, over_draws_words, partial(result_json, left_out=analysis_entry.file_only))
 
 
 def arguments_of(analysis: Analysis, subject: Subject, given: Mapping[str, Any]) -> dict[str, Any]:

@@ -40,11 +40,11 @@ def _interval(name: str, low: str, high: str, read: Callable[[list[str]], dict[s
         what = "is empty" if float(low) == float(high) else "is reversed"
         raise InputError(f"{name} from {low} to {high}: {what}; give the lower end first, as in {name} 0.5 1.5")
     try:
-        ((found, ends),) = read([f"{name}={low}:{high}:2"]).items()
+        ((axis_name, ends),) = read([f"{name}={low}:{high}:2"]).items()
     except InputError as error:
         named = str(error).replace(f"--over {name} '{low}:{high}:2'", f"{name} from {low} to {high}")
         raise InputError(named.replace(f"{low}:{high}:2", f"{low} {high}").replace("--over ", "")) from None
-    return found, float(ends[0]), float(ends[-1])
+    return axis_name, float(ends[0]), float(ends[-1])
 
 
 def _start(text: str) -> Any:
@@ -84,16 +84,16 @@ def branch_lines(shown: xr.Dataset, name: str = "") -> list[str]:
     name, unit = name or shown.attrs["parameter"], unit_of(shown["value"])
     lines = []
     for k in range(shown.sizes["branch"]):
-        own = shown.isel(branch=k)
-        values = own["value"].values[np.isfinite(own["value"].values)]
-        kind = "rest" if bool(own["resting"]) else f"period {int(own['period'])}"
-        kind += ", symmetric" * bool(own["symmetric"])
-        share = float((own["stable"] == 1).sum()) / values.size
+        branch = shown.isel(branch=k)
+        values = branch["value"].values[np.isfinite(branch["value"].values)]
+        kind = "rest" if bool(branch["resting"]) else f"period {int(branch['period'])}"
+        kind += ", symmetric" * bool(branch["symmetric"])
+        share = float((branch["stable"] == 1).sum()) / values.size
         lines.append(
             f"branch {k}: {kind}, {name} {values.min():.6g} to {values.max():.6g}{unit}, {values.size} points, "
-            f"{100 * share:.3g} % of them stable; ends: {', '.join(branch_endings(own))}"
+            f"{100 * share:.3g} % of them stable; ends: {', '.join(branch_endings(branch))}"
         )
-        lines += [f"  {line}" for line in validity_in_words(own)]
+        lines += [f"  {line}" for line in validity_in_words(branch)]
         lines += [_event_line(shown.isel(event=e)) for e in np.flatnonzero(shown["event_branch"].values == k)]
     return [*shortened(lines), *_check_lines(shown, name)]
 
@@ -124,10 +124,10 @@ def _check_lines(shown: xr.Dataset, name: str) -> list[str]:
     ]
     flags, unit = [], unit_of(shown["value"])
     for k, explanation in enumerate(explanations):
-        own = shown.isel(flag=k)
-        branch = "none" if own["flag_branch"] < 0 else int(own["flag_branch"])
-        at = f"{name} {float(own['flag_value']):.6g}{unit}"
-        text = f"  {event_label(own['flag_kind'])}, branch {branch}, {at}"
+        flag = shown.isel(flag=k)
+        branch = "none" if flag["flag_branch"] < 0 else int(flag["flag_branch"])
+        at = f"{name} {float(flag['flag_value']):.6g}{unit}"
+        text = f"  {event_label(flag['flag_kind'])}, branch {branch}, {at}"
         flags.append(f"{text}: {explanation}" if explanation else text)
     return lines + shortened(flags)
 
@@ -165,13 +165,14 @@ def locus_words(shown: xr.Dataset, subject: Subject) -> str:
     names = shown.attrs["parameters"].split(",")
     lines = heading(subject, names)
     for k in range(shown.sizes["curve"]):
-        own = shown.isel(curve=k)
+        curve = shown.isel(curve=k)
         spans = [
-            f"{name} {float(own[name].min()):.6g} to {float(own[name].max()):.6g}{unit_of(own[name])}" for name in names
+            f"{name} {float(curve[name].min()):.6g} to {float(curve[name].max()):.6g}{unit_of(curve[name])}"
+            for name in names
         ]
-        kind = f"period {int(own['period'])}" + ", symmetric" * bool(own["symmetric"])
-        count = int(np.isfinite(own[names[0]].values).sum())
-        ends = ", ".join(branch_endings(own))
+        kind = f"period {int(curve['period'])}" + ", symmetric" * bool(curve["symmetric"])
+        count = int(np.isfinite(curve[names[0]].values).sum())
+        ends = ", ".join(branch_endings(curve))
         lines.append(f"curve {k}: {shown.attrs['event']}, {kind}, {', '.join(spans)}, {count} points; ends: {ends}")
         for e in np.flatnonzero(shown["event_curve"].values == k):
             event = shown.isel(event=e)

@@ -104,11 +104,11 @@ def _short(value: Any) -> float:
 
 def design_json(result: xr.Dataset) -> dict[str, Any]:
     """The JSON object of designs."""
-    found = result_json(result, ())
+    json_object = result_json(result, ())
     for name in ("objectives", "free", "left_out", "nominal_probabilities", "samples"):
-        found[name] = json.loads(found.get(name, "{}"))
-    found["devices"] = [device.parameters() for device in designed_devices(result)]
-    return found
+        json_object[name] = json.loads(json_object.get(name, "{}"))
+    json_object["devices"] = [device.parameters() for device in designed_devices(result)]
+    return json_object
 
 
 def device_text(result: xr.Dataset, k: int) -> str:

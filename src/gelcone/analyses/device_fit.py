@@ -56,13 +56,13 @@ def device_fit_words(result: xr.Dataset, device: Device) -> str:
 
 def device_fit_json(result: xr.Dataset) -> dict[str, Any]:
     """The JSON object of a plan or a fit."""
-    found = result_json(result, FILE_ONLY)
+    json_object = result_json(result, FILE_ONLY)
     for name in ("tests", "next", "impossible", "reading"):
-        if name in found:
-            found[name] = json.loads(found[name])
-    if "fitted" in found:
-        found["fitted"] = fitted_device(result).parameters()
-    return found
+        if name in json_object:
+            json_object[name] = json.loads(json_object[name])
+    if "fitted" in json_object:
+        json_object["fitted"] = fitted_device(result).parameters()
+    return json_object
 
 
 def verdict(result: xr.Dataset) -> str:
@@ -157,8 +157,8 @@ def _prediction_lines(result: xr.Dataset) -> list[str]:
 def _next_lines(result: xr.Dataset) -> list[str]:
     lines = []
     names = map(str, result["prediction"].values) if "prediction" in result.coords else ()
-    for name, found in zip(names, json.loads(result.attrs.get("next", "[]")), strict=False):
-        if found:
+    for name, experiments in zip(names, json.loads(result.attrs.get("next", "[]")), strict=False):
+        if experiments:
             lines.append(f"next for {name}, what it would leave of the standard deviation:")
-        lines += [f"  {ratio:.2f}  {words}" for words, ratio in found[:MOST_NEXT]]
+        lines += [f"  {ratio:.2f}  {words}" for words, ratio in experiments[:MOST_NEXT]]
     return lines

@@ -40,9 +40,9 @@ def _window_lines(shown: xr.Dataset) -> list[str]:
         constant = f"peak at which the drive is held{IN_PROPORTION}"
     lines = []
     for name in map(str, shown["static_limit"].values):
-        own = shown["static_limit_voltage"].sel(static_limit=name)
-        if np.isfinite(own).any():
-            lines.append(spread_line(own.assign_attrs(long_name=f"{name} {static}")))
+        limit_voltages = shown["static_limit_voltage"].sel(static_limit=name)
+        if np.isfinite(limit_voltages).any():
+            lines.append(spread_line(limit_voltages.assign_attrs(long_name=f"{name} {static}")))
     if np.isfinite(shown["recommended_constant"]).any():
         named = f"recommended {constant}, {margin:.0%} below its limits"
         lines.append(spread_line(shown["recommended_constant"].assign_attrs(long_name=named)))
@@ -70,27 +70,27 @@ def _first_limits(shown: xr.Dataset) -> np.ndarray:
     """The name of the limit that comes first, (draws, frequencies)."""
     driven, static = (list(map(str, shown[dim].values)) for dim in ("driven_limit", "static_limit"))
     low = np.nan_to_num(shown["limit_low"].values, nan=np.inf, posinf=np.inf)
-    held = np.nan_to_num(shown["static_limit_voltage"].values, nan=np.inf, posinf=np.inf)
-    found = np.array([[driven[i] for i in row] for row in low.argmin(axis=1)], dtype=object)
-    way, lowest = way_of(shown), held.min(axis=1)
-    names = np.array([f"{static[i]} {way}" for i in held.argmin(axis=1)], dtype=object)
-    found = np.where(lowest[:, None] < low.min(axis=1), names[:, None], found)
-    found[~np.isfinite(np.minimum(low.min(axis=1), lowest[:, None]))] = "none"
-    return np.asarray(found)
+    static_voltages = np.nan_to_num(shown["static_limit_voltage"].values, nan=np.inf, posinf=np.inf)
+    first_limits = np.array([[driven[i] for i in row] for row in low.argmin(axis=1)], dtype=object)
+    way, lowest = way_of(shown), static_voltages.min(axis=1)
+    names = np.array([f"{static[i]} {way}" for i in static_voltages.argmin(axis=1)], dtype=object)
+    first_limits = np.where(lowest[:, None] < low.min(axis=1), names[:, None], first_limits)
+    first_limits[~np.isfinite(np.minimum(low.min(axis=1), lowest[:, None]))] = "none"
+    return np.asarray(first_limits)
 
 
 def _own_line(shown: xr.Dataset) -> str:
     """Count the draws in which the device's drive lies inside the window."""
     at, peak = shown["operating_frequency"].values, shown["operating_peak_voltage"].values
     frequency, window = shown["drive_frequency"].values, shown["recommended_peak"].values
-    there = (at >= frequency[0]) & (at <= frequency[-1])
-    if not there.all():
+    is_examined = (at >= frequency[0]) & (at <= frequency[-1])
+    if not is_examined.all():
         return "its own drive: outside the frequencies examined"
     inside = sum(peak[k] <= np.interp(at[k], frequency, window[k]) for k in range(len(at)))
     volt, hertz = unit_of(shown["operating_peak_voltage"]), unit_of(shown["operating_frequency"])
-    own = f"{np.median(peak):.4g}{volt} at {np.median(at):.4g}{hertz}"
+    drive = f"{np.median(peak):.4g}{volt} at {np.median(at):.4g}{hertz}"
     between = interpolated(shown, float(np.median(at)))
-    return f"its drive, {own}: inside the window{between} in {inside} of {len(at)} draws"
+    return f"its drive, {drive}: inside the window{between} in {inside} of {len(at)} draws"
 
 
 def _response_lines(shown: xr.Dataset) -> list[str]:
@@ -101,9 +101,9 @@ def _response_lines(shown: xr.Dataset) -> list[str]:
         f"{frequency.size} values"
     ]
     for branch in map(str, shown["branch"].values):
-        own = shown.sel(branch=branch)
-        stroke = (2.0 * own["peak_amplitude"]).assign_attrs(own["peak_amplitude"].attrs)
+        sweep = shown.sel(branch=branch)
+        stroke = (2.0 * sweep["peak_amplitude"]).assign_attrs(sweep["peak_amplitude"].attrs)
         lines.append(spread_line(stroke.assign_attrs(long_name=f"swept {branch}, largest stroke")))
-        lines.append(spread_line(own["peak_frequency"].assign_attrs(long_name=f"swept {branch}, its frequency")))
+        lines.append(spread_line(sweep["peak_frequency"].assign_attrs(long_name=f"swept {branch}, its frequency")))
     jump = int((shown["jumps"] > 0).sum())
     return [*lines, f"the sweeps differ, with jumps, in {jump} of {shown.sizes['draw']} draws"]

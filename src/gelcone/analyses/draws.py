@@ -82,10 +82,10 @@ def _of_csv(path: Path) -> Columns:
     table = read_table(path)
     if not 2 <= len(table.lines) <= MOST_DRAWS:
         raise InputError(f"{path}: has {len(table.lines)} draws; give 2 to {MOST_DRAWS}: {FORM}")
-    own = table.columns.items()
-    found = {name: (table.numbers(name, "a draw", whole=True), column.unit or "") for name, column in own}
+    table_columns = table.columns.items()
+    columns = {name: (table.numbers(name, "a draw", whole=True), column.unit or "") for name, column in table_columns}
     table.warn()
-    return found
+    return columns
 
 
 def _of_netcdf(path: Path) -> Columns:

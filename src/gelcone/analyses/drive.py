@@ -64,8 +64,8 @@ def _yields(shown: xr.Dataset, largest: str) -> list[str]:
 def _sensitivities(shown: xr.Dataset) -> list[str]:
     change = shown["sensitivity"].values
     order = [int(k) for k in np.argsort(-np.abs(np.nan_to_num(change)))][:MOST_FIELDS]
-    known = [f"{shown['field'].values[k]} {change[k]:+.3g}" for k in order if np.isfinite(change[k])]
-    lost = [str(name) for name, own in zip(shown["field"].values, change, strict=True) if np.isnan(own)]
-    named = f"stroke changes by, % per %: {', '.join(known)}"
-    lines = textwrap.wrap(named, WIDTH, initial_indent="  ", subsequent_indent="    ") if known else []
+    changes = [f"{shown['field'].values[k]} {change[k]:+.3g}" for k in order if np.isfinite(change[k])]
+    lost = [str(name) for name, sensitivity in zip(shown["field"].values, change, strict=True) if np.isnan(sensitivity)]
+    named = f"stroke changes by, % per %: {', '.join(changes)}"
+    lines = textwrap.wrap(named, WIDTH, initial_indent="  ", subsequent_indent="    ") if changes else []
     return [*lines, *([f"  a change of 1 % leads to another motion or ends it: {', '.join(lost)}"] if lost else [])]

@@ -353,19 +353,19 @@ def _own_line(shown: xr.Dataset) -> str:
     """Compare the device's drive with the window."""
     peak, frequency = float(shown["operating_peak_voltage"]), float(shown["operating_frequency"])
     volt, hertz = unit_of(shown["operating_peak_voltage"]), unit_of(shown["operating_frequency"])
-    own = f"its drive, {_plain(peak)}{volt} at {_plain(frequency)}{hertz}:"
-    looked = shown["drive_frequency"].values
-    if not looked[0] <= frequency <= looked[-1]:
-        return f"{own} outside the frequencies examined"
-    highest = float(np.interp(frequency, looked, shown["recommended_peak"].values))
+    drive = f"its drive, {_plain(peak)}{volt} at {_plain(frequency)}{hertz}:"
+    frequencies = shown["drive_frequency"].values
+    if not frequencies[0] <= frequency <= frequencies[-1]:
+        return f"{drive} outside the frequencies examined"
+    highest = float(np.interp(frequency, frequencies, shown["recommended_peak"].values))
     limit, there = highest / (1.0 - _margin_of(shown)), f"{_plain(highest)}{volt} there{interpolated(shown, frequency)}"
     if peak <= highest:
-        return f"{own} inside the window, {there}"
+        return f"{drive} inside the window, {there}"
     searched = float(shown["peak_voltage"][-1])
     if peak > searched and limit >= searched * (1.0 - 1e-9):
-        return f"{own} above the voltages examined, up to {_plain(searched)}{volt}, at which no limit was met"
+        return f"{drive} above the voltages examined, up to {_plain(searched)}{volt}, at which no limit was met"
     side = "below" if peak <= limit else "beyond"
-    return _other_motion(shown, peak, frequency, own) or f"{own} above the window, {there}, and {side} a limit"
+    return _other_motion(shown, peak, frequency, drive) or f"{drive} above the window, {there}, and {side} a limit"
 
 
 def _examined_at(shown: xr.Dataset, frequency: float) -> Rows:

@@ -33,17 +33,17 @@ def frequency_words(shown: xr.Dataset, subject: Subject) -> str:
         *outcome_lines(shown),
     ]
     for branch in shown["branch"].values:
-        own = shown.sel(branch=branch)
-        lines += _branch_lines(str(branch), own, hertz, length)
-        lines += [f"            {line}" for line in validity_in_words(own)]
+        sweep = shown.sel(branch=branch)
+        lines += _branch_lines(str(branch), sweep, hertz, length)
+        lines += [f"            {line}" for line in validity_in_words(sweep)]
     linear = shown["linear_stroke"].values
     why = missing(np.nan, shown["linear_stroke"])
     if np.isfinite(linear).any():
-        none, (largest, at) = np.isnan(linear), _linear_peak(shown)
-        some = f", none at {none.sum()} of {linear.size} frequencies: {why}" if none.any() else ""
+        is_missing, (largest, at) = np.isnan(linear), _linear_peak(shown)
+        missing_text = f", none at {is_missing.sum()} of {linear.size} frequencies: {why}" if is_missing.any() else ""
         where = f" at {at:.5g}{hertz}" if largest else ""  # without stroke no frequency has the largest
         whether = "" if (shown["outcome"] == Outcome.OK).any() else "; it holds for small motions, and none was found"
-        lines.append(f"linear theory: largest stroke {largest:.4g}{length}{where}{some}{whether}")
+        lines.append(f"linear theory: largest stroke {largest:.4g}{length}{where}{missing_text}{whether}")
     else:
         lines.append(f"no linear theory: {why}")
     alone = (shown["outcome"] == Outcome.OK).sum("branch").values == 1
@@ -70,7 +70,7 @@ def _stroke_lines(shown: xr.Dataset) -> list[str]:
     if shown["linear_stroke"].notnull().any():
         columns["linear"] = list(map(measured, shown["linear_stroke"]))
     rows = zip(shown["drive_frequency"], *columns.values(), strict=True)
-    return side_by_side([["  stroke at", *columns], *([f"  {measured(at, 5)}", *own] for at, *own in rows)])
+    return side_by_side([["  stroke at", *columns], *([f"  {measured(at, 5)}", *strokes] for at, *strokes in rows)])
 
 
 def _strokes(own: xr.Dataset) -> list[str]:

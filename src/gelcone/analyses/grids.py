@@ -70,11 +70,11 @@ def bifurcation_words(shown: xr.Dataset, subject: Subject) -> str:
     name = shown.attrs["parameter"]
     lines = [*heading(subject, [name]), grid_text(shown, [name]), *outcome_lines(shown)]
     for branch in shown["branch"].values:
-        own = shown.sel(branch=branch)
-        lines.append(f"  {branch}: {counts_text(own)}")
-        lines += [f"    {line}" for line in validity_in_words(own)]
-    found = [*doubt_lines(shown), *_threshold_lines(shown), *followed_lines(shown)]
-    return "\n".join([*lines, *found])
+        sweep = shown.sel(branch=branch)
+        lines.append(f"  {branch}: {counts_text(sweep)}")
+        lines += [f"    {line}" for line in validity_in_words(sweep)]
+    closing_lines = [*doubt_lines(shown), *_threshold_lines(shown), *followed_lines(shown)]
+    return "\n".join([*lines, *closing_lines])
 
 
 def _threshold_lines(shown: xr.Dataset) -> list[str]:
@@ -114,7 +114,7 @@ def _exponent_lines(shown: xr.Dataset) -> list[str]:
         return []
     cells = {"highest": shown.isel(exponent.argmax(...)), "lowest": shown.isel(exponent.argmin(...))}
     values, errors = ([float(first(cell[name])) for cell in cells.values()] for name in ("lyapunov", "standard_error"))
-    named = [f"{with_error(*own)} {rate_unit(exponent)}" for own in zip(values, errors, strict=True)]
+    named = [f"{with_error(*estimate)} {rate_unit(exponent)}" for estimate in zip(values, errors, strict=True)]
     if values[0] - values[1] <= sum(errors) or values[0] == values[1]:
         return [f"exponent {named[0]} {'everywhere' if exponent.notnull().all() else 'wherever it is known'}"]
     return [
@@ -133,8 +133,8 @@ def sweep_json(result: xr.Dataset) -> dict[str, Any]:
     from gelcone.atlas.probability import probability
     from gelcone.atlas.tolerances import base_draws, tolerances
 
-    found = {"probability": probability(base_draws(result)), "tolerances": tolerances(result)}
-    return result_json(result) | {name: result_json(own) for name, own in found.items()}
+    summaries = {"probability": probability(base_draws(result)), "tolerances": tolerances(result)}
+    return result_json(result) | {name: result_json(summary) for name, summary in summaries.items()}
 
 
 def sweep_words(shown: xr.Dataset, subject: Subject) -> str:
@@ -155,7 +155,7 @@ def number_lines(shown: xr.Dataset) -> list[str]:
     dims = shown["status"].dims
     if "regime" in shown:
         return []
-    names = [str(n) for n, own in shown.data_vars.items() if own.dims == dims and own.dtype.kind == "f"]
+    names = [str(n) for n, variable in shown.data_vars.items() if variable.dims == dims and variable.dtype.kind == "f"]
     names = [name for name in names if not re.match(APART, name)]
     if "draw" not in dims:
         return [_range_line(shown, name) for name in names]
@@ -169,19 +169,19 @@ APART = rf"{FILM_STATES}|.*_error(_|$)"
 def _range_line(shown: xr.Dataset, name: str) -> str:
     """The range of one number over the cells that are there and of which an actuator can be made, and in how many it
     has none, in the words for that."""
-    own, there = shown[name], (shown["status"].values > 0) & _possible(shown)
-    lost = Counter(missing(float(value), own) for value in own.values[there & ~np.isfinite(own.values)])
-    parts = [f"{words} in {count} of {int(there.sum())} cells" for words, count in lost.items()]
-    known = np.where(there & np.isfinite(own.values), own.values, np.nan)
-    if not np.isnan(known).all():
+    number, is_counted = shown[name], (shown["status"].values > 0) & _possible(shown)
+    lost = Counter(missing(float(value), number) for value in number.values[is_counted & ~np.isfinite(number.values)])
+    parts = [f"{words} in {count} of {int(is_counted.sum())} cells" for words, count in lost.items()]
+    known_values = np.where(is_counted & np.isfinite(number.values), number.values, np.nan)
+    if not np.isnan(known_values).all():
         low, high = (
-            shown.isel(dict(zip(own.dims, np.unravel_index(find(known), known.shape), strict=True)))
+            shown.isel(dict(zip(number.dims, np.unravel_index(find(known_values), known_values.shape), strict=True)))
             for find in (np.nanargmin, np.nanargmax)
         )
-        ends = [f"{sized(one[name])} ({', '.join(_place(one, own.dims))})" for one in (low, high)]
+        ends = [f"{sized(cell[name])} ({', '.join(_place(cell, number.dims))})" for cell in (low, high)]
         differ = sized(low[name]) != sized(high[name])
         parts.insert(0, " to ".join(ends) if differ else f"{sized(low[name])}{' in all' * (not lost)}")
-    return f"{own.attrs.get('long_name', name)}: {'; '.join(parts)}"
+    return f"{number.attrs.get('long_name', name)}: {'; '.join(parts)}"
 
 
 def spread_lines(shown: xr.Dataset, names: Iterable[str]) -> list[str]:
@@ -189,25 +189,25 @@ def spread_lines(shown: xr.Dataset, names: Iterable[str]) -> list[str]:
     smallest and largest."""
     from gelcone.atlas.tolerances import base_draws
 
-    own = base_draws(shown)
-    axes = [dim for dim in own["status"].dims if dim != "draw"]
-    places = np.ndindex(*(own.sizes[dim] for dim in axes))
-    points = [_known(own.isel(dict(zip(axes, place, strict=True)))) for place in places]
+    base_runs = base_draws(shown)
+    axes = [dim for dim in base_runs["status"].dims if dim != "draw"]
+    places = np.ndindex(*(base_runs.sizes[dim] for dim in axes))
+    points = [_known(base_runs.isel(dict(zip(axes, place, strict=True)))) for place in places]
     points = [point.isel(cell=_possible(point)) for point in points]
-    known = [name for name in names if not all(np.isnan(point[name].values).all() for point in points)]
+    known_names = [name for name in names if not all(np.isnan(point[name].values).all() for point in points)]
     if not axes:
-        return [spread_line(points[0][name]) for name in known]
-    return [_spread_range_line([point[name] for point in points], axes) for name in known]
+        return [spread_line(points[0][name]) for name in known_names]
+    return [_spread_range_line([point[name] for point in points], axes) for name in known_names]
 
 
 def _spread_range_line(points: list[xr.DataArray], axes: list[Any]) -> str:
     """The spread of a number at the points with its smallest and its largest median, and at how many it has none."""
-    medians = np.array([spread(own.values)[1] if own.size else np.nan for own in points])
+    medians = np.array([spread(point.values)[1] if point.size else np.nan for point in points])
     lost, name = int(np.isnan(medians).sum()), points[0].attrs.get("long_name", points[0].name)
     parts = [f"none in more than half of the draws at {lost} of {len(points)} points"] if lost else []
     if lost < len(points):
         low, high = (points[int(find(medians))] for find in (np.nanargmin, np.nanargmax))
-        ends = [f"{spread_in_words(own)} ({', '.join(_place(own, axes))})" for own in (low, high)]
+        ends = [f"{spread_in_words(point)} ({', '.join(_place(point, axes))})" for point in (low, high)]
         differ = spread_in_words(low) != spread_in_words(high)
         parts.insert(0, " up to ".join(ends) if differ else spread_in_words(low) + " at all points" * (not lost))
     return f"{name}: {'; '.join(parts)}"
@@ -221,14 +221,14 @@ def spread_line(own: xr.DataArray) -> str:
 def spread_in_words(own: xr.DataArray) -> str:
     """Median and 95 % interval of a number over the draws, and in how many it has no value."""
     lost = int(np.isnan(own.values).sum())
-    none, found = f"none in {lost} of {own.size} draws", spread(own.values)
-    if np.isnan(found).any():
+    none, quantiles = f"none in {lost} of {own.size} draws", spread(own.values)
+    if np.isnan(quantiles).any():
         return none
-    more = f"; {none}" * bool(lost)
-    low, middle, high = (own[0].copy(data=value) for value in found)
-    if np.isinf(found).all():
-        return f"{sized(middle)} in {own.size - lost} of {own.size} draws{more}"
-    return f"{sized(middle)}, 95 % within {sized_range(low, high)}{more}"
+    lost_text = f"; {none}" * bool(lost)
+    low, middle, high = (own[0].copy(data=value) for value in quantiles)
+    if np.isinf(quantiles).all():
+        return f"{sized(middle)} in {own.size - lost} of {own.size} draws{lost_text}"
+    return f"{sized(middle)}, 95 % within {sized_range(low, high)}{lost_text}"
 
 
 def membranes_lines(shown: xr.Dataset) -> list[str]:
@@ -340,20 +340,20 @@ def _failures(shown: xr.Dataset) -> list[str]:
     """Count the runs that failed, those of draws that serve only for Sobol indices apart."""
     from gelcone.atlas.tolerances import base_draws
 
-    own = base_draws(shown) if "draw" in shown["status"].dims else shown
-    lines = outcome_lines(_known(own))
-    if own is shown:
+    base_runs = base_draws(shown) if "draw" in shown["status"].dims else shown
+    lines = outcome_lines(_known(base_runs))
+    if base_runs is shown:
         return lines
-    others = outcome_lines(_known(shown.isel(draw=slice(own.sizes["draw"], None))))
+    others = outcome_lines(_known(shown.isel(draw=slice(base_runs.sizes["draw"], None))))
     return lines + [f"of the draws for Sobol indices {line}" for line in others]
 
 
 def _draws_text(shown: xr.Dataset, drawn: list[str]) -> str:
     from gelcone.atlas.tolerances import base_draws
 
-    own = base_draws(shown).sizes["draw"]
-    more = shown.sizes["draw"] - own
-    return f"{own} draws of {', '.join(drawn)}" + (f", and {more} for Sobol indices" if more else "")
+    base = base_draws(shown).sizes["draw"]
+    further = shown.sizes["draw"] - base
+    return f"{base} draws of {', '.join(drawn)}" + (f", and {further} for Sobol indices" if further else "")
 
 
 def _regime_lines(shown: xr.Dataset) -> list[str]:

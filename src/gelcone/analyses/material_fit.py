@@ -36,10 +36,10 @@ def fit_words(result: xr.Dataset) -> str:
 
 def fit_json(result: xr.Dataset) -> dict[str, Any]:
     """The JSON object of a fit."""
-    found = result_json(result, FILE_ONLY)
+    json_object = result_json(result, FILE_ONLY)
     for name in ("material", "files", "reading"):
-        found[name] = json.loads(found[name])
-    return found
+        json_object[name] = json.loads(json_object[name])
+    return json_object
 
 
 def _parameter_lines(result: xr.Dataset, gel: Material) -> list[str]:
@@ -55,13 +55,13 @@ def _parameter_lines(result: xr.Dataset, gel: Material) -> list[str]:
 
 def _quality_lines(result: xr.Dataset) -> list[str]:
     law, count = str(result.attrs["chosen_law"]), int(result.attrs["chosen_branches"])
-    own = result.sel(law=law, branch_count=count)
-    lines = [f"mean error {float(own['fit_error']):.2%} of a test's largest stress"]
-    if not np.isfinite(float(own["prediction_error"])):
+    chosen_fit = result.sel(law=law, branch_count=count)
+    lines = [f"mean error {float(chosen_fit['fit_error']):.2%} of a test's largest stress"]
+    if not np.isfinite(float(chosen_fit["prediction_error"])):
         return [f"{lines[0]}; too few tests to leave one out: the error of a prediction is not known"]
     attrs = result.attrs
     return [
-        f"{lines[0]}; each test predicted from the others: {float(own['prediction_error']):.2%}",
+        f"{lines[0]}; each test predicted from the others: {float(chosen_fit['prediction_error']):.2%}",
         f"a prediction is within +-{attrs['band']:.1%} of a test's largest stress; this band, from the other tests, "
         f"covers a test to {attrs['band_mean']:.0%} in the mean and {attrs['band_least']:.0%} at worst",
     ]

@@ -34,18 +34,18 @@ def film_words(shown: xr.Dataset, subject: Subject) -> str:
 
 def _film_lines(member: xr.Dataset, prefix: str) -> list[str]:
     """One film of one actuator."""
-    own = member[[prefix + name for name in _NAMES]].rename({prefix + name: name for name in _NAMES if prefix})
-    own["displacement"] = member["displacement"]
+    film = member[[prefix + name for name in _NAMES]].rename({prefix + name: name for name in _NAMES if prefix})
+    film["displacement"] = member["displacement"]
     cells = [
-        own.isel(height=i, constant_voltage=k)
+        film.isel(height=i, constant_voltage=k)
         for i in range(member.sizes["height"])
         for k in range(member.sizes["constant_voltage"])
     ]
     lines = _state_lines(cells[0]) if len(cells) == 1 else shortened([_state_line(cell) for cell in cells])
-    if np.isfinite(own["largest_field"]).any() and not np.isfinite(own["breakdown_share"]).any():
+    if np.isfinite(film["largest_field"]).any() and not np.isfinite(film["breakdown_share"]).any():
         lines.append(UNKNOWN_STRENGTH)
     if min(member.sizes[dim] for dim in ("height", "constant_voltage")) > 1:
-        lines += _capacitances(member, own["capacitance"])
+        lines += _capacitances(member, film["capacitance"])
     return lines
 
 

@@ -83,25 +83,25 @@ class Subject:
 
         Raises `InputError` for another name, and what `read_over` refuses.
         """
-        known = {axis.name(self.device is not None): (keyword, axis) for keyword, axis in analysis.axes.items()}
-        found: dict[str, Array] = {}
-        form = f"name=from:to:count or name=v1,v2,..., for example {example(self.device, next(iter(known)))}"
+        axes_by_name = {axis.name(self.device is not None): (keyword, axis) for keyword, axis in analysis.axes.items()}
+        given_axes: dict[str, Array] = {}
+        form = f"name=from:to:count or name=v1,v2,..., for example {example(self.device, next(iter(axes_by_name)))}"
         for name, values in pairs("--over", texts, form).items():
-            if name not in known:
-                own = f"{analysis.command} sweeps {' and '.join(known)}"
-                parts = [f"--over {name}: cannot be swept here", own, nearest(name, known)]
+            if name not in axes_by_name:
+                axes_text = f"{analysis.command} sweeps {' and '.join(axes_by_name)}"
+                parts = [f"--over {name}: cannot be swept here", axes_text, nearest(name, axes_by_name)]
                 raise InputError("; ".join(filter(None, parts)))
-            keyword, axis = known[name]
+            keyword, axis = axes_by_name[name]
             _, quantity = annotation_of(analysis.call, keyword)
             numbers = np.atleast_1d(read_measures(f"--over {name}", values, quantity, self.device, in_si=in_si))
             if numbers.size < axis.least and axis.one:
                 at = f'gelcone {axis.one} --set "{name}={values}"'
                 raise InputError(f"--over {name}: has one point; give at least two, or take {at}")
-            found[keyword] = increasing(f"--over {name}", numbers, axis.least)
+            given_axes[keyword] = increasing(f"--over {name}", numbers, axis.least)
             if axis.replaces:
                 self._not_set([name])
         defaults = {k: np.linspace(*a.default) for k, a in analysis.axes.items() if a.default is not None}
-        return defaults | found
+        return defaults | given_axes
 
     def _not_set(self, swept: Iterable[str]) -> None:
         for name in swept:
@@ -121,9 +121,9 @@ class Subject:
         typed = pairs("--over", texts, "")
         for keyword, axis in analysis.axes.items():
             name = axis.name(self.device is not None)
-            found = re.match(rf"({keyword}s?|{name})( (=|from) [^:]*)?: ", message)
-            if found and name in typed:
-                return f"--over {name}={typed[name]}: {message[found.end() :]}"
+            match = re.match(rf"({keyword}s?|{name})( (=|from) [^:]*)?: ", message)
+            if match and name in typed:
+                return f"--over {name}={typed[name]}: {message[match.end() :]}"
         return message
 
     def without_initial(self, remedy: str) -> None:
@@ -177,22 +177,22 @@ def read_subject(
 def _of_device(device: str | Device, given: dict[str, str], film: str | None, initial: str | None) -> Subject:
     from gelcone.devices.device import find_device
 
-    found = find_device(device) if isinstance(device, str) else device
+    chosen_device = find_device(device) if isinstance(device, str) else device
     texts = ({} if film is None else {"film": film}) | given
-    fields = found.fields_with({setting: read_table(text) for setting, text in texts.items()})
+    fields = chosen_device.fields_with({setting: read_table(text) for setting, text in texts.items()})
     for setting, text in given.items():
         unit_or_brackets(f"--set {setting}", text)
     changes = {setting: read_field(f"--set {setting}", text, setting, fields) for setting, text in texts.items()}
     if changes:
-        found = found.replace(**changes)
-    model = found.to_model()
-    start = None if initial is None else read_initial(initial, found, model)
+        chosen_device = chosen_device.replace(**changes)
+    model = chosen_device.to_model()
+    start = None if initial is None else read_initial(initial, chosen_device, model)
     if start is None:
-        state = found.initial_state()
+        state = chosen_device.initial_state()
     else:
-        state = dimensionless_state(found, start)
+        state = dimensionless_state(chosen_device, start)
         state = state if state.ndim > 1 else tuple(map(float, state))
-    return Subject(model, found, state, start, initial is not None, frozenset(given))
+    return Subject(model, chosen_device, state, start, initial is not None, frozenset(given))
 
 
 def read_initial(text: str, device: Device | None, model: ConeModel) -> tuple[float, ...]:
@@ -203,21 +203,21 @@ def read_initial(text: str, device: Device | None, model: ConeModel) -> tuple[fl
     named = [part.partition("=")[::2] for part in parts] if "=" in text else []
     if not named and len(parts) not in (2, len(names)):
         form, alone = ("1,0", "0.5") if device is None else ('"5 mm,0 m/s"', '"5 mm"')
-        more = f", or all states ({', '.join(names)}), or some by name=value" if len(names) > 2 else ""
-        form += f" or --initial displacement={alone}" if more else ""
+        more_forms = f", or all states ({', '.join(names)}), or some by name=value" if len(names) > 2 else ""
+        form += f" or --initial displacement={alone}" if more_forms else ""
         raise InputError(
-            f"--initial {text!r}: must be a displacement and a velocity{more}, for example --initial {form}"
+            f"--initial {text!r}: must be a displacement and a velocity{more_forms}, for example --initial {form}"
         )
     given = [(name.strip(), value.strip()) for name, value in named] or list(zip(names, parts, strict=False))
-    found: dict[str, float] = {}
+    given_states: dict[str, float] = {}
     for name, part in given:
         check_name("component of --initial", name, names)
-        if name in found:
+        if name in given_states:
             raise InputError(f"--initial {name}: is given twice; give it once")
-        found[name] = _read_component(name, part, states[names.index(name)].quantity, device)
-    if len(found) == 2 and found.keys() == STATES.keys():
-        return found["displacement"], found["velocity"]
-    return _completed(found, device, model)
+        given_states[name] = _read_component(name, part, states[names.index(name)].quantity, device)
+    if len(given_states) == 2 and given_states.keys() == STATES.keys():
+        return given_states["displacement"], given_states["velocity"]
+    return _completed(given_states, device, model)
 
 
 def _read_component(name: str, part: str, quantity: str, device: Device | None) -> float:
@@ -231,12 +231,12 @@ def _completed(found: Mapping[str, float], device: Device | None, model: ConeMod
     """All states of a single actuator, those that are not ``found`` at their start; of a device in SI."""
     check_one(model, "--initial by name")
     sizes = np.ones(len(model.system.states))
-    own = DEFAULT_INITIAL
+    default_state = DEFAULT_INITIAL
     if device is not None:
         from gelcone.devices.scales import MEASURES
 
-        known = [device.scales.size(s.quantity) if s.quantity in MEASURES else 1.0 for s in model.system.states]
-        sizes, own = np.array(known, dtype=float), device.initial_state()
-    disc = [found[name] / sizes[k] if name in found else own[k] for k, name in enumerate(STATES)]
+        state_scales = [device.scales.size(s.quantity) if s.quantity in MEASURES else 1.0 for s in model.system.states]
+        sizes, default_state = np.array(state_scales, dtype=float), device.initial_state()
+    disc = [found[name] / sizes[k] if name in found else default_state[k] for k, name in enumerate(STATES)]
     start = model.members().start_states(disc)[0] * sizes
     return tuple(found.get(s.name, float(value)) for s, value in zip(model.system.states, start, strict=True))

@@ -22,8 +22,8 @@ def tongues_words(shown: xr.Dataset, subject: Subject) -> str:
     volt = unit_of(shown["voltage"])
     onset, kind = float(shown["operating_onset_voltage"]), Onset(int(shown["operating_onset_kind"]))
     searched = f"searched up to {float(shown['operating_searched'][1]):.4g}{volt}"
-    found = f"onset at {onset:.6g}{volt}, " if np.isfinite(onset) else ""
-    lines = [*heading(subject), *outcome_lines(shown), f"at its own frequency: {found}{kind.meaning} ({searched})"]
+    onset_text = f"onset at {onset:.6g}{volt}, " if np.isfinite(onset) else ""
+    lines = [*heading(subject), *outcome_lines(shown), f"at its own frequency: {onset_text}{kind.meaning} ({searched})"]
     line = shown["onset_voltage"].values
     if np.isfinite(line).any():
         i = int(np.nanargmin(line))

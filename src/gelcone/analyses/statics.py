@@ -27,7 +27,7 @@ def static_words(shown: xr.Dataset, subject: Subject) -> str:
     listed = [
         line
         for name, one in members
-        for line in (f"{name}:", *(f"  {own}" for own in (*_curve_lines(one, last), *_event_lines(one, last.drive))))
+        for line in (f"{name}:", *(f"  {text}" for text in (*_curve_lines(one, last), *_event_lines(one, last.drive))))
     ]
     return "\n".join(lines + shortened(listed))
 
@@ -39,17 +39,17 @@ def _curve_lines(member: xr.Dataset, last: PlacedFilm) -> list[str]:
     lines = []
     for i in range(member.sizes["constant_voltage"]):
         one = member.isel(constant_voltage=i)
-        known = [one.isel(equilibrium=k) for k in range(int(one["equilibria"]))]
-        places = [f"{sized(e['equilibrium_displacement'])} ({', '.join(_about(e))})" for e in known]
+        equilibria = [one.isel(equilibrium=k) for k in range(int(one["equilibria"]))]
+        places = [f"{sized(e['equilibrium_displacement'])} ({', '.join(_about(e))})" for e in equilibria]
         yields = {"stroke": "stroke", "blocked force": "blocked_force", "work of a cycle out and back": "cycle_work"}
         named = [f"{words} {sized(one[name])}" for words, name in yields.items() if np.isfinite(one.get(name, np.nan))]
         if not np.isfinite(one["stroke"]):
             beyond = one["constant_voltage"] >= one["pull_in_voltage"]
             named.append("beyond pull-in" if beyond else "no slow ramp leads there")
-        found = f"{'equilibrium' if len(places) == 1 else 'equilibria'} at {', '.join(places)}"
-        lines.append(f"  {sized(one['constant_voltage'])}: {found if places else 'no equilibrium'}; {', '.join(named)}")
-    of = " of the first film" if last.has_other_voltage else ""
-    return [f"constant voltage{of}:", *shortened(lines), *strength_in_words(member)]
+        where = f"{'equilibrium' if len(places) == 1 else 'equilibria'} at {', '.join(places)}"
+        lines.append(f"  {sized(one['constant_voltage'])}: {where if places else 'no equilibrium'}; {', '.join(named)}")
+    of_film = " of the first film" if last.has_other_voltage else ""
+    return [f"constant voltage{of_film}:", *shortened(lines), *strength_in_words(member)]
 
 
 def _about(equilibrium: xr.Dataset) -> list[str]:

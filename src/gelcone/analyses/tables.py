@@ -50,8 +50,8 @@ def table_words(shown: xr.Dataset, subject: Subject) -> str:
     if shown["outcome"].dims:
         lines += [*_columns(shown), *shortened([], shown["outcome"].size)]
     else:
-        found = _rows(shown, FILM_STATES) if int(shown["outcome"]) == Outcome.OK else {}
-        lines += _single_lines(found, _reasons(shown))
+        rows = _rows(shown, FILM_STATES) if int(shown["outcome"]) == Outcome.OK else {}
+        lines += _single_lines(rows, _reasons(shown))
     return "\n".join([*lines, *_unrepeated_lines(shown), *validity_in_words(shown)])
 
 
@@ -76,13 +76,13 @@ def _single_lines(rows: dict[str, str], reasons: set[str]) -> list[str]:
     for label, value in rows.items():
         names.setdefault(value if value in reasons else label, []).append(label)
     lines = []
-    for begin, ends in _by_begin([own[0] for own in names.values() if len(own) == 1]).items():
+    for begin, ends in _by_begin([labels[0] for labels in names.values() if len(labels) == 1]).items():
         alike = begin != "" and len(ends) > 1
         lines += [begin.rstrip()] if alike else []
         lines += [f"  {end}: {rows[begin + end]}" if alike else f"{begin}{end}: {rows[begin + end]}" for end in ends]
-    for reason, own in names.items():
-        if len(own) > 1:
-            line = f"{reason}: {'; '.join(_with_common_begin(own))}"
+    for reason, labels in names.items():
+        if len(labels) > 1:
+            line = f"{reason}: {'; '.join(_with_common_begin(labels))}"
             lines += textwrap.wrap(line, WIDTH, subsequent_indent="  ", break_on_hyphens=False)
     return lines
 
@@ -98,7 +98,7 @@ def _by_begin(labels: list[str]) -> dict[str, list[str]]:
 
 def _with_common_begin(labels: list[str]) -> list[str]:
     """Labels of which those with the same words before a colon are joined."""
-    return [begin + ", ".join(own) if begin else "; ".join(own) for begin, own in _by_begin(labels).items()]
+    return [start + ", ".join(endings) if start else "; ".join(endings) for start, endings in _by_begin(labels).items()]
 
 
 MOST_VALUES = 6
@@ -147,17 +147,17 @@ def _series(variable: xr.DataArray) -> str:
 def _columns(shown: xr.Dataset) -> list[str]:
     """The first members side by side, what is the same for all of them, and which of them failed."""
     members = members_of(shown, range(shown["outcome"].size)[:MOST_LINES])
-    found = [member for _, member in members if int(member["outcome"]) == Outcome.OK]
+    solved = [member for _, member in members if int(member["outcome"]) == Outcome.OK]
     failed = [name for name, member in members if int(member["outcome"]) != Outcome.OK]
     lines = textwrap.wrap("failed: " + "; ".join(failed), WIDTH, subsequent_indent="  ") if failed else []
-    if not found:
+    if not solved:
         return lines
-    said = [_rows(member) for member in found]
-    rows = [[label, *(one[label] for one in said)] for label in said[0]]
-    same = [row for row in rows if len(found) > 1 and len(set(row[1:])) == 1]
-    head = [[name, *(measured(member[name]) for member in found)] for name in varied_names(shown)]
+    member_rows = [_rows(member) for member in solved]
+    rows = [[label, *(cells[label] for cells in member_rows)] for label in member_rows[0]]
+    same = [row for row in rows if len(solved) > 1 and len(set(row[1:])) == 1]
+    head = [[name, *(measured(member[name]) for member in solved)] for name in varied_names(shown)]
     table = [*head, *(row for row in rows if row not in same)]
-    for_all = [f"for each of the {len(found)}:", *(f"  {label}: {value}" for label, value, *_ in same)] if same else []
+    for_all = [f"for each of the {len(solved)}:", *(f"  {label}: {value}" for label, value, *_ in same)] if same else []
     return [*(side_by_side(table) if table else []), *for_all, *lines]
 
 

@@ -123,33 +123,33 @@ def _source_lines(shown: xr.Dataset, subject: Subject) -> list[str]:
         return [_JUMPS] if jumps else []
     lost = [name for name in LOSSES if f"{name}_dissipation" in shown]
     split = ", ".join(f"{name} {sized(shown[f'{name}_dissipation'].isel(time=-1), 4)}" for name in lost)
-    found, both = [], PREFIX + "peak_current" in shown
+    lines, both = [], PREFIX + "peak_current" in shown
     for prefix, name_of in (("", "first film's amplifier"), (PREFIX, "second film's amplifier"))[: 1 + both]:
         peaks, rms = (
             ", ".join(sized(shown[prefix + name], 4) for name in names)
             for names in (("peak_current", "peak_charge", "peak_slew_rate"), ("rms_voltage", "rms_current"))
         )
-        found.append(f"{name_of if both else 'amplifier'}: up to {peaks}; rms in the second half {rms}")
-    found[-1] += f", {sized(shown['apparent_power'], 4)}" + (" of both" if both else "")
+        lines.append(f"{name_of if both else 'amplifier'}: up to {peaks}; rms in the second half {rms}")
+    lines[-1] += f", {sized(shown['apparent_power'], 4)}" + (" of both" if both else "")
     limits = [str(name) for name in shown.data_vars if str(name).endswith("_limited")]
-    found += [f"  {name.replace('_', ' ')} for {100.0 * float(shown[name]):.3g} % of the time" for name in limits]
-    return [*found, f"  supplied {sized(shown['supplied_energy'].isel(time=-1), 4)}, lost: {split}"] if lost else found
+    lines += [f"  {name.replace('_', ' ')} for {100.0 * float(shown[name]):.3g} % of the time" for name in limits]
+    return [*lines, f"  supplied {sized(shown['supplied_energy'].isel(time=-1), 4)}, lost: {split}"] if lost else lines
 
 
 def _pull_in_lines(shown: xr.Dataset) -> list[str]:
     """State where a film of a single run pulls in, if it may wrinkle."""
-    found = []
+    lines = []
     for film, prefix in (("film", ""), ("second film", PREFIX)):
         kind = shown.get(f"{prefix}pull_in_kind")
         if kind is None or kind.ndim or int(kind) <= 0:
             continue
-        time, place, voltage = (
+        time, displacement, voltage = (
             sized(shown[f"{prefix}pull_in_{name}"], digits)
             for name, digits in (("time", 6), ("displacement", 5), ("film_voltage", 5))
         )
         reason = FilmPullIn(int(kind)).label
-        found.append(f"{film} pulls in at {time}, displacement {place}, voltage on it {voltage} ({reason})")
-    return found
+        lines.append(f"{film} pulls in at {time}, displacement {displacement}, voltage on it {voltage} ({reason})")
+    return lines
 
 
 # --- steps ------------------------------------------------------------------------------------------------------------
@@ -161,25 +161,25 @@ def step_words(shown: xr.Dataset, subject: Subject) -> str:
     lines = [*heading(subject), f"before the step{_before(shown, subject)}: {sized(before[0])}"]
     way = abs(after - before).assign_attrs(after.attrs)
     columns = zip(
-        *(sized_alike(own) for own in (shown["constant_voltage"], way, after, shown["equilibrium_displacement"])),
+        *(sized_alike(column) for column in (shown["constant_voltage"], way, after, shown["equilibrium_displacement"])),
         lasting_alike(shown["rise_time"], 3),
         lasting_alike(shown["settling_time"], 4),
         strict=True,
     )
     for k, (voltage, moves, end, equilibrium, rise, settling) in enumerate(columns):
-        one = shown.isel(constant_voltage=k)
+        step = shown.isel(constant_voltage=k)
         name = f"  {voltage}:"
-        if int(one["outcome"]) != Outcome.OK:
-            lines.append(f"{name} {Outcome(int(one['outcome'])).meaning}")
+        if int(step["outcome"]) != Outcome.OK:
+            lines.append(f"{name} {Outcome(int(step['outcome'])).meaning}")
             continue
-        if np.isnan(one["overshoot"]):
+        if np.isnan(step["overshoot"]):
             lines.append(f"{name} does not move the disc from {end}")
             continue
-        settles = f"settled after {settling}" if np.isfinite(one["settling_time"]) else "not settled within the run"
+        settles = f"settled after {settling}" if np.isfinite(step["settling_time"]) else "not settled within the run"
         lines.append(
             f"{name} moves by {moves} to {end} (a slow ramp ends at {equilibrium}); rise {rise}, overshoot "
-            f"{100.0 * float(one['overshoot']):.1f} %, {settles}, drift at the end "
-            f"{100.0 * round(float(one['drift']), 7) + 0.0:.2g} %"
+            f"{100.0 * float(step['overshoot']):.1f} %, {settles}, drift at the end "
+            f"{100.0 * round(float(step['drift']), 7) + 0.0:.2g} %"
         )
     return "\n".join([*lines, *validity_in_words(shown)])
 
@@ -319,11 +319,11 @@ def _section_heading(shown: xr.Dataset, subject: Subject) -> list[str]:
 def _repeat(shown: xr.Dataset) -> list[bool]:
     """Whether the points of each member, of those that the motion runs through in order, repeat."""
     members = [member for _, member in members_of(shown)] if shown["outcome"].dims else [shown]
-    found = []
+    repeat_flags = []
     for member in members:
         points = np.stack([member[name].values.ravel() for name in ("displacement", "velocity") if name in member], 1)
-        found.append(repeats(points[np.isfinite(points).all(axis=1)]))
-    return found
+        repeat_flags.append(repeats(points[np.isfinite(points).all(axis=1)]))
+    return repeat_flags
 
 
 # --- spectra ----------------------------------------------------------------------------------------------------------

@@ -65,10 +65,10 @@ def _pull_in_lines(member: xr.Dataset) -> list[str]:
     """Above which voltages continuum and cone have pulled in."""
     if "pull_in_film_voltage" not in member:
         return []
-    own, cone, other = (member[f"{film}pull_in_film_voltage"] for film in ("", "cone_", "membrane_"))
+    own, cone, membrane = (member[f"{film}pull_in_film_voltage"] for film in ("", "cone_", "membrane_"))
     lines = [
         f"  at {_place(member, k)}: {float(v):.4g}{unit_of(own)}, the cone above {float(cone[k]):.4g}{unit_of(own)}, "
-        f"the membrane above {float(other[k]):.4g}{unit_of(own)}"
+        f"the membrane above {float(membrane[k]):.4g}{unit_of(own)}"
         for k, v in enumerate(own.values)
         if np.isfinite(v)
     ]
@@ -84,10 +84,10 @@ def _limit_lines(member: xr.Dataset) -> list[str]:
     """List the displacements at which continuum and cone reach shares of the stretch limit."""
     lines = []
     for k, share in enumerate(member["share"].values):
-        found, cone = (float(member[name][k]) for name in LIMITS)
-        if np.isfinite(found):
+        continuum, cone = (float(member[name][k]) for name in LIMITS)
+        if np.isfinite(continuum):
             unit = unit_of(member["limit_displacement"])
-            lines.append(f"  {share:.0%} of the stretch limit at {found:.4g}{unit}, the cone at {cone:.4g}{unit}")
+            lines.append(f"  {share:.0%} of the stretch limit at {continuum:.4g}{unit}, the cone at {cone:.4g}{unit}")
     return ["without voltage the film reaches, next to the disc:", *lines] if lines else []
 
 

@@ -31,15 +31,15 @@ def read_pairs(settings: Iterable[str], device: bool = False) -> dict[str, str]:
 def pairs(option: str, texts: Iterable[str], form: str) -> dict[str, str]:
     """The values, as texts, by the names of an option that is given several times; `InputError`, which states ``form``,
     for another text, and for a name given twice."""
-    found: dict[str, str] = {}
+    values_by_name: dict[str, str] = {}
     for text in texts:
         name, equals, values = (part.strip() for part in text.partition("="))
         if not (equals and name and values):
             raise InputError(f"{option} {text!r}: must be {form}")
-        if name in found:
+        if name in values_by_name:
             raise InputError(f"{option} {name}: is given twice; give it once")
-        found[name] = values
-    return found
+        values_by_name[name] = values
+    return values_by_name
 
 
 def read_value(text: str) -> Any:

@@ -158,10 +158,10 @@ def bifurcation(
 
 def _possible(plans: dict[str, Plan]) -> dict[str, Plan]:
     """The plans over those values that make an actuator; `InputError` for fewer than two, and where none can start."""
-    found = [plan.possible() for plan in plans.values()]
-    for _, models, states in found:
+    possible_plans = [plan.possible() for plan in plans.values()]
+    for _, models, states in possible_plans:
         start_states(models, states)
-    cells = reduce(np.intersect1d, [cells for cells, _, _ in found])
+    cells = reduce(np.intersect1d, [cells for cells, _, _ in possible_plans])
     first = next(iter(plans.values()))
     if cells.size < 2:
         raise InputError(first.refusal(int(np.setdiff1d(np.arange(first.size), cells)[0])))
@@ -176,7 +176,7 @@ def _with_impossible(result: xr.Dataset, plan: Plan) -> xr.Dataset:
     attribute ``impossible`` states the reason of the first."""
     ((name, values),) = plan.over.items()
     lacking = np.setdiff1d(np.arange(values.size), np.searchsorted(values, result[name].values))
-    blank = {str(own): fill_of(variable.dtype) for own, variable in result.items() if name in variable.dims}
+    blank = {str(label): fill_of(variable.dtype) for label, variable in result.items() if name in variable.dims}
     spread = result.reindex({name: values}, fill_value=blank | {"outcome": Outcome.IMPOSSIBLE.value})
     return spread.assign_attrs(impossible=plan.refusal(int(lacking[0])))
 
@@ -279,14 +279,14 @@ def _thresholds(
     plan = next(iter(plans.values()))
     (name, values) = next(iter(plan.over.items()))
     lacking = np.setdiff1d(whole, values)
-    found = [
+    thresholds = [
         change
         for branch, evidence in branches.items()
         for change in changes(branch, values, evidence)
         if not ((lacking > change.low) & (lacking < change.high)).any()
     ]
-    met = {id(change): _met(plans, change, branches[change.branch], values) for change in found}
-    for change in found:
+    met = {id(change): _met(plans, change, branches[change.branch], values) for change in thresholds}
+    for change in thresholds:
         change.out_of_chaos = change.branch not in plans and len(met[id(change)]) > 1
 
     def classified(owners: list[Threshold], tried: Array) -> list[Evidence]:
@@ -296,10 +296,10 @@ def _thresholds(
         first = np.cumsum(counts) - counts
         return [evidence.take(first + path % counts) for path in range(counts.max())]
 
-    refine(found, classified, bisections, progress)
+    refine(thresholds, classified, bisections, progress)
 
     def column(field: str, kind: Any) -> Any:
-        return np.array([getattr(threshold, field) for threshold in found], dtype=kind)
+        return np.array([getattr(threshold, field) for threshold in thresholds], dtype=kind)
 
     swept = about(plan, name)
     table: dataset.Table = {

@@ -117,15 +117,15 @@ class _Watched:
         self._workers, self._address = set(workers), address
 
     def __call__(self, event: tuple[float, Any]) -> None:
-        own = event[1] if isinstance(event[1], dict) else {}
-        worker, action = str(own.get("worker")), own.get("action")
+        message = event[1] if isinstance(event[1], dict) else {}
+        worker, action = str(message.get("worker")), message.get("action")
         if action == "add-worker":
             self._workers.add(worker)
         elif action == "remove-worker" and worker in self._workers:
             self._workers.discard(worker)
-            if not own.get("expected", False):
-                left = len(self._workers)
-                taken = f"{left} left take over its tasks" if left else f"none is left; {_waits(self._address)}"
+            if not message.get("expected", False):
+                others = len(self._workers)
+                taken = f"{others} left take over its tasks" if others else f"none is left; {_waits(self._address)}"
                 warnings.warn(f"worker {worker} is lost; {taken}", LostWorker, stacklevel=2)
 
 

@@ -119,24 +119,24 @@ def over_draws(
             "xarray.open_dataset"
         )
     values = {str(n): v.values for n, v in draws.data_vars.items()} if hasattr(draws, "data_vars") else dict(draws)
-    known = (*sweepable(), *ALONE, SHEET)
-    check_name("analysis of draws", analysis, known)
+    analyses = (*sweepable(), *ALONE, SHEET)
+    check_name("analysis of draws", analysis, analyses)
     if initial is not None and analysis in ("envelope", SHEET):
         raise InputError(f"initial: {analysis} has a start of its own; leave it out")
     plan = Plan(model, {}, initial, values, {} if analysis in (*ALONE, SHEET) else options)
     members = plan.possible()[1].members()
     with interpolated_curves(members) as between:
         if analysis == SHEET:
-            found = _sheet(plan, options, threads, progress)
+            analysed = _sheet(plan, options, threads, progress)
         elif analysis not in ALONE:
-            found = sweep(plan, analysis, workers=in_threads(threads), progress=progress)
+            analysed = sweep(plan, analysis, workers=in_threads(threads), progress=progress)
         else:
             run = _windows if analysis == "envelope" else _responses
             errors = dataset.film_errors(members)
-            found = _labelled(plan, analysis, errors, *run(plan, options, threads, progress))
-            found = said_in_proportion(found, plan.cone.system) if analysis == "envelope" else found
-    found = found.assign_attrs(membranes=json.dumps(None if between is None else vars(between)))
-    return found if plan.device is None else to_si(found, plan.device)
+            analysed = _labelled(plan, analysis, errors, *run(plan, options, threads, progress))
+            analysed = said_in_proportion(analysed, plan.cone.system) if analysis == "envelope" else analysed
+    analysed = analysed.assign_attrs(membranes=json.dumps(None if between is None else vars(between)))
+    return analysed if plan.device is None else to_si(analysed, plan.device)
 
 
 def _size(plan: Plan, quantity: str) -> Array:
@@ -169,11 +169,11 @@ def _labelled(
     columns: dict[str, Any] = {}
     for name, (dims, values, meaning, of) in variables.items():
         attrs: Any = dataset.attributes(meaning, of)
-        own = np.asarray(values)
-        each = own.ndim == len(dims) + 1
-        if each and scales is not None:
-            own, attrs = shown_values(own, attrs, scales)
-        columns[name] = (("draw", *dims) if each else dims, own, attrs)
+        column = np.asarray(values)
+        is_per_draw = column.ndim == len(dims) + 1
+        if is_per_draw and scales is not None:
+            column, attrs = shown_values(column, attrs, scales)
+        columns[name] = (("draw", *dims) if is_per_draw else dims, column, attrs)
     result = over_axes(plan, columns, options, f"draws: {analysis}", errors)
     result["outcome"] = dataset.outcome_array(outcome.astype(np.int8), ("draw",))
     return result.assign_attrs(analysis=analysis)
@@ -200,17 +200,17 @@ def _windows(plan: Plan, options: Mapping[str, Any], threads: int | None, progre
     Raises the `InputError` of the last draw if all are refused.
     """
     taken = {"frequencies": None, "peaks": None, "margin": MARGIN, "limits_from": "rest"}
-    own = _options("envelope", options, taken)
-    if not 0.0 <= own["margin"] < 1.0:
-        raise InputError(f"margin = {own['margin']:g}: must be at least 0 and below 1")
-    from_ = own["limits_from"]
+    settings = _options("envelope", options, taken)
+    if not 0.0 <= settings["margin"] < 1.0:
+        raise InputError(f"margin = {settings['margin']:g}: must be at least 0 and below 1")
+    from_ = settings["limits_from"]
     nominal, members = plan.cone, plan.at(plan.grid)[0].members()
     opposite = nominal.system.in_opposite_phase
     default = plane_of(nominal, threads, from_).default_frequencies
-    hertz, omegas = _axis(plan, "frequencies", "frequency", own["frequencies"], default)
+    hertz, omegas = _axis(plan, "frequencies", "frequency", settings["frequencies"], default)
     peaks: Sequence[Array | None] = [None] * plan.size
-    if own["peaks"] is not None:
-        peaks = [*_axis(plan, "peaks", "voltage", own["peaks"], None)[1]]
+    if settings["peaks"] is not None:
+        peaks = [*_axis(plan, "peaks", "voltage", settings["peaks"], None)[1]]
     of_limit, count = (len(DRIVEN_LIMITS), hertz.size), plan.size
     low, high = np.full((2, count, *of_limit), np.nan)
     recommended, static = np.full((count, hertz.size), np.nan), np.full((count, len(STATIC_LIMITS)), np.nan)
@@ -220,16 +220,16 @@ def _windows(plan: Plan, options: Mapping[str, Any], threads: int | None, progre
         counted = Counted(weighted(progress, 1.0 / count))
         try:
             plane = plane_of(single(members, row), threads, from_)
-            found, static[row], volts = _window(plane, omegas[row], peaks[row], counted)
+            limits, static[row], volts = _window(plane, omegas[row], peaks[row], counted)
         except InputError as error:
             outcome[row], refused = Outcome.ERROR, error
             counted.finish()
             continue
-        low[row], high[row] = found["low"].T, found["high"].T
+        low[row], high[row] = limits["low"].T, limits["high"].T
         lowest = np.nanmin(static[row], initial=np.inf)
-        recommended[row] = recommended_peaks(found["low"], lowest, volts, own["margin"])
+        recommended[row] = recommended_peaks(limits["low"], lowest, volts, settings["margin"])
         top[row] = volts[-1]
-        constant[row] = (1.0 - own["margin"]) * min(lowest, top[row])
+        constant[row] = (1.0 - settings["margin"]) * min(lowest, top[row])
         second[row] = second_voltage(plane, constant[row]) if opposite else np.nan
         counted.finish()
     if (outcome == Outcome.ERROR).all():
@@ -257,7 +257,7 @@ def _windows(plan: Plan, options: Mapping[str, Any], threads: int | None, progre
         "driven_limit": (("driven_limit",), np.array(DRIVEN_LIMITS), "limit of the driven motion", "code"),
     }
     highest = float(np.fmax.reduce(top * _size(plan, "voltage")))
-    return variables, outcome, {"margin": own["margin"], "limits_from": from_, "highest_peak": highest}
+    return variables, outcome, {"margin": settings["margin"], "limits_from": from_, "highest_peak": highest}
 
 
 def _window(
@@ -288,7 +288,7 @@ def _responses(plan: Plan, options: Mapping[str, Any], threads: int | None, prog
     import xarray as xr
 
     taken = {"frequencies": None, "transient": None, "patience": None, "tolerance": None}
-    own = {name: value for name, value in _options("frequency", options, taken).items() if value is not None}
+    settings = {name: value for name, value in _options("frequency", options, taken).items() if value is not None}
     alone = plain(frequency)
 
     def default() -> Array:
@@ -296,19 +296,19 @@ def _responses(plan: Plan, options: Mapping[str, Any], threads: int | None, prog
         nominal = alone(plan.cone, initial=start, threads=threads)
         return np.asarray(nominal["drive_frequency"].values)
 
-    hertz, omegas = _axis(plan, "frequencies", "frequency", own.pop("frequencies", None), default)
-    times: dict[str, Any] = {name: own.pop(name) for name in ("transient", "patience") if name in own}
-    own |= _times(plan, times)
+    hertz, omegas = _axis(plan, "frequencies", "frequency", settings.pop("frequencies", None), default)
+    times: dict[str, Any] = {name: settings.pop(name) for name in ("transient", "patience") if name in settings}
+    settings |= _times(plan, times)
     model, states = plan.at(plan.grid)
     if np.ndim(model.drive_frequency):
         model = model.replace(drive_frequency=float(plan.cone.drive_frequency))
     advance(progress, 1.0 - DRAWN_SHARE)
 
     def of(rows: Array, share: Progress = None) -> xr.Dataset:
-        some = model.replace(**{n: np.asarray(v)[rows] for n, v in model.values.items() if np.ndim(v)})
-        found = alone(some, omegas[rows], states[rows, :2], threads=threads, progress=share, **own)
-        jumps = np.bincount(found["jump_member"].values.astype(int), minlength=rows.size)
-        return found.drop_dims("jump").assign(jumps=("member", jumps))
+        models = model.replace(**{n: np.asarray(v)[rows] for n, v in model.values.items() if np.ndim(v)})
+        response = alone(models, omegas[rows], states[rows, :2], threads=threads, progress=share, **settings)
+        jumps = np.bincount(response["jump_member"].values.astype(int), minlength=rows.size)
+        return response.drop_dims("jump").assign(jumps=("member", jumps))
 
     parts = _parts(of, plan.size, weighted(progress, DRAWN_SHARE))
     whole = xr.concat(parts, dim="member", join="override")
@@ -328,26 +328,26 @@ def _parts(of: Callable[..., xr.Dataset], count: int, progress: Progress) -> lis
 
     Raises the `InputError` of the last draw if all are refused.
     """
-    found: list[xr.Dataset | None] = []
+    parts: list[xr.Dataset | None] = []
     for rows in np.split(np.arange(count), range(AT_ONCE, count, AT_ONCE)):
         counted = Counted(weighted(progress, rows.size / count))
         try:
-            found.append(of(rows, counted))
+            parts.append(of(rows, counted))
         except InputError:
             for row in rows:
                 try:
-                    found.append(of(np.array([row])))
+                    parts.append(of(np.array([row])))
                 except InputError as error:
-                    found.append(None)
+                    parts.append(None)
                     refused = error
         counted.finish()
-    known = [one for one in found if one is not None]
-    if not known:
+    good_parts = [part for part in parts if part is not None]
+    if not good_parts:
         raise refused
-    one = known[0].isel(member=[0])
-    missing = one.map(lambda own: own.where(False) if own.dtype.kind == "f" else own * 0, keep_attrs=True)
-    missing["outcome"] = one["outcome"] * 0 + Outcome.ERROR
-    return [missing if one is None else one for one in found]
+    part = good_parts[0].isel(member=[0])
+    missing = part.map(lambda array: array.where(False) if array.dtype.kind == "f" else array * 0, keep_attrs=True)
+    missing["outcome"] = part["outcome"] * 0 + Outcome.ERROR
+    return [missing if part is None else part for part in parts]
 
 
 def _times(plan: Plan, given: Mapping[str, Any]) -> dict[str, Any]:
@@ -360,8 +360,8 @@ def _times(plan: Plan, given: Mapping[str, Any]) -> dict[str, Any]:
 
 def _sheet(plan: Plan, options: Mapping[str, Any], threads: int | None, progress: Progress) -> xr.Dataset:
     """The data sheet of the model, with the ends of the intervals of its figures over the draws."""
-    own, made = _options(SHEET, options, {"voltages": None}), find_analysis(SHEET).call
-    sheet = made(plan.model, own["voltages"], threads=threads)
+    settings, made = _options(SHEET, options, {"voltages": None}), find_analysis(SHEET).call
+    sheet = made(plan.model, settings["voltages"], threads=threads)
     volts = sheet["constant_voltage"].values[1:]
     volts = volts if plan.device is None else volts / MEASURES["voltage"].per_unit
     names = [
@@ -374,14 +374,14 @@ def _sheet(plan: Plan, options: Mapping[str, Any], threads: int | None, progress
         try:
             device = plan.device
             model = plan.cone.replace(**values) if device is None else device.replace_quietly(values)
-            one = made(model, volts, threads=threads)
+            draw_sheet = made(model, volts, threads=threads)
         except InputError:
-            one, failed = None, failed + 1
-        for name, found in rows.items():
-            found.append(np.full_like(sheet[name].values, np.nan) if one is None else one[name].values)
+            draw_sheet, failed = None, failed + 1
+        for name, column in rows.items():
+            column.append(np.full_like(sheet[name].values, np.nan) if draw_sheet is None else draw_sheet[name].values)
         advance(progress, 1.0 / plan.size)
-    for name, found in rows.items():
-        for end, values in zip(("low", "high"), spread(found)[[0, 2]], strict=True):
+    for name, column in rows.items():
+        for end, values in zip(("low", "high"), spread(column)[[0, 2]], strict=True):
             sheet[f"{name}_{end}"] = sheet[name].dims, values, dict(sheet[name].attrs)
     widths = {name: _spread(drawn) for name, drawn in plan.draws.items()}
     return sheet.assign_attrs(draws=plan.size, drawn=json.dumps(widths), failed=failed)

@@ -226,24 +226,24 @@ def _bends_filled(
     amplitude, log = np.nan_to_num(swept.amplitude), np.log(grids[0])
     off = np.abs(amplitude[:, 1:-1] - 0.5 * (amplitude[:, :-2] + amplitude[:, 2:]))
     bent = (off > BENT * max(amplitude.max(), REST_TOLERANCE)).any(axis=0)
-    wanted = np.flatnonzero(np.append(bent, False) | np.insert(bent, 0, False))
-    if not wanted.size:
+    gaps = np.flatnonzero(np.append(bent, False) | np.insert(bent, 0, False))
+    if not gaps.size:
         advance(progress, 1.0)
         return grids, swept
     places = (np.arange(FILLED) + 1.0) / (FILLED + 1.0)
-    inner = np.exp(log[wanted, None] + np.diff(log)[wanted, None] * places)
-    branch, interval = (part.ravel() for part in np.indices((len(BRANCHES), wanted.size)))
-    start = swept.final[branch, wanted[interval] + (branch == BRANCHES.index("down"))]
+    inner = np.exp(log[gaps, None] + np.diff(log)[gaps, None] * places)
+    branch, interval = (part.ravel() for part in np.indices((len(BRANCHES), gaps.size)))
+    start = swept.final[branch, gaps[interval] + (branch == BRANCHES.index("down"))]
     start = np.where(np.isnan(start), initial[branch], start)
-    found, *_ = _sweep(model.take(branch), branch, inner[interval], start, progress, search)
+    inner_swing, *_ = _sweep(model.take(branch), branch, inner[interval], start, progress, search)
     every = np.concatenate([grids[0], inner.ravel()])
     order = np.argsort(every)
 
     def joined(values: Any, more: Any) -> Any:
-        own = more.reshape(len(BRANCHES), -1, *more.shape[2:])
-        return np.concatenate([values, own], axis=1)[:, order]
+        inner_values = more.reshape(len(BRANCHES), -1, *more.shape[2:])
+        return np.concatenate([values, inner_values], axis=1)[:, order]
 
-    parts = {name: joined(values, vars(found)[name]) for name, values in vars(swept).items()}
+    parts = {name: joined(values, vars(inner_swing)[name]) for name, values in vars(swept).items()}
     return np.tile(every[order], (len(BRANCHES), 1)), Swing(**parts)
 
 
@@ -279,8 +279,10 @@ def _with_branches(
     period = np.concatenate([swept.period[0].ravel(), fixed.period])
     period[~np.isfinite(final).all(axis=1)] = 0
     runs = Runs(values, final[:, None], period, np.zeros(values.size, dtype=bool), period > 0)
-    ends, own = (grid[0], grid[-1]), integration(search)
-    followed = continue_branch(model, "drive_frequency", *ends, tuple(initial[0]), start=runs, progress=progress, **own)
+    ends, settings = (grid[0], grid[-1]), integration(search)
+    followed = continue_branch(
+        model, "drive_frequency", *ends, tuple(initial[0]), start=runs, progress=progress, **settings
+    )
     result = attach(result, followed)
     named = dataset.attributes("stroke of the settled motion from a fixed state", "length")
     result["fixed_stroke"] = ("start", "drive_frequency"), 2.0 * fixed.amplitude.reshape(len(starts), -1), named
@@ -298,10 +300,10 @@ def _jump_events(result: xr.Dataset, followed: xr.Dataset) -> dict[str, Any]:
         if near.size:
             best = near[np.lexsort((kinds[near], off[near]))[0]]
             events[k], codes[k] = at[best], kinds[best]
-    own = followed["event_kind"].attrs
+    kind_attributes = followed["event_kind"].attrs
     table: dataset.Table = {
         "jump_event": (events, "drive frequency of the bifurcation behind the jump", "frequency"),
-        "jump_event_kind": (codes, "kind of the bifurcation behind the jump, -1 for none", own),
+        "jump_event_kind": (codes, "kind of the bifurcation behind the jump, -1 for none", kind_attributes),
     }
     return dataset.columns("jump", table)
 

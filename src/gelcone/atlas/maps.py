@@ -120,16 +120,16 @@ def with_quantity(result: xr.Dataset, plan: Plan, also: str | None, **options: A
     if also is None or also in result:
         return result
     if also == "power":
-        known = find_analysis("settled").options
-        own = {name: value for name, value in plan.options.items() if name in known}
-        found = plain(sweep)(replace(plan, options=own), "settled", **options)
-        return result.assign(power=found["power"])
+        option_names = find_analysis("settled").options
+        settled_options = {name: value for name, value in plan.options.items() if name in option_names}
+        settled = plain(sweep)(replace(plan, options=settled_options), "settled", **options)
+        return result.assign(power=settled["power"])
     cells, model, _ = plan.possible()
     members = model.members()
-    there, margin = inside(members, 0.0), np.full(plan.size, np.nan)
-    if there.any():
-        part = members.take(there)
-        margin[cells[there]] = 1.0 - part.peak_voltage / jump_voltages(part)[0]
+    is_inside, margin = inside(members, 0.0), np.full(plan.size, np.nan)
+    if is_inside.any():
+        members_inside = members.take(is_inside)
+        margin[cells[is_inside]] = 1.0 - members_inside.peak_voltage / jump_voltages(members_inside)[0]
     about = dataset.attributes("by which share the peak voltage is below the constant one of pull-in", "share")
     return result.assign(margin=(tuple(plan.over), margin.reshape(plan.shape), about))
 
@@ -202,8 +202,12 @@ def basin(
     }
     # the cells of a device are in its units already, so that their attributes are copied
     for name, meaning in _DESCRIBING.items():
-        own = result[name].attrs
-        table[f"attractor_{name}"] = flat[name][first], meaning if own.get("units") == "1" else in_words(meaning), own
+        attrs = result[name].attrs
+        table[f"attractor_{name}"] = (
+            flat[name][first],
+            meaning if attrs.get("units") == "1" else in_words(meaning),
+            attrs,
+        )
     about = dataset.attributes("number of the attractor, -1 if none", "code")
     result["attractor"] = tuple(plan.over), numbers.reshape(plan.shape), about
     return result.assign(dataset.columns("attractor_number", table))
@@ -225,18 +229,18 @@ def attractors(cells: Mapping[str, npt.NDArray[Any]]) -> tuple[npt.NDArray[np.in
     ``cells`` holds ``regime``, ``period``, ``lowest`` and ``highest`` of each cell, dimensionless.
     """
     numbers = np.full(len(cells["regime"]), -1)
-    found: list[int] = []
+    first_cells: list[int] = []
     settled = ~np.isin(cells["regime"], (Regime.TRANSIENT, Regime.LEFT_THE_DOMAIN))
     for cell in np.flatnonzero(settled):
-        match = next((n for n, other in enumerate(found) if _same(cells, int(cell), other)), len(found))
-        if match == len(found):
-            found.append(int(cell))
+        match = next((n for n, other in enumerate(first_cells) if _same(cells, int(cell), other)), len(first_cells))
+        if match == len(first_cells):
+            first_cells.append(int(cell))
         numbers[cell] = match
-    counts = np.bincount(numbers[numbers >= 0], minlength=len(found))
+    counts = np.bincount(numbers[numbers >= 0], minlength=len(first_cells))
     order = np.argsort(-counts, kind="stable")
-    rank = np.empty(len(found), dtype=int)
-    rank[order] = np.arange(len(found))
-    return np.where(numbers >= 0, rank[numbers] if found else -1, -1), np.array(found, dtype=int)[order]
+    rank = np.empty(len(first_cells), dtype=int)
+    rank[order] = np.arange(len(first_cells))
+    return np.where(numbers >= 0, rank[numbers] if first_cells else -1, -1), np.array(first_cells, dtype=int)[order]
 
 
 def _same(cells: Mapping[str, npt.NDArray[Any]], one: int, other: int) -> bool:

@@ -105,14 +105,17 @@ class Plan:
         """The options, for a device scaled from SI to the model."""
         if self.device is None:
             return dict(self.options)
-        known = {name: option.quantity for own in sweepable().values() for name, option in own.options.items()}
+        quantities = {
+            name: option.quantity for analysis in sweepable().values() for name, option in analysis.options.items()
+        }
         if all(
-            value is None or isinstance(value, Scaled) or not known.get(name) for name, value in self.options.items()
+            value is None or isinstance(value, Scaled) or not quantities.get(name)
+            for name, value in self.options.items()
         ):
             return dict(self.options)
         device = self.device
         made = self.values(self._makes(lambda values: at(device, values), np.arange(self.size)))
-        return dimensionless(known, self.options, at(device, made).scales)
+        return dimensionless(quantities, self.options, at(device, made).scales)
 
     def _initial(self) -> tuple[float, ...] | None:
         """The checked initial state; None for a device that starts from its own."""
@@ -255,17 +258,17 @@ def model_at(model: ConeModel, values: Mapping[str, Array], initial: Sequence[fl
     for column, name in enumerate(STATES):
         if name in values:
             states[:, column] = values[name]
-    own = [*STATES, *(state.name for state in model.system.states[len(STATES) :])]
-    parameters = {name: v for name, v in values.items() if name not in own}
+    state_names = [*STATES, *(state.name for state in model.system.states[len(STATES) :])]
+    parameters = {name: v for name, v in values.items() if name not in state_names}
     if parameters:
         model = model.replace(**parameters)
     if not model.shape:
         model = model.replace(damping_ratio=np.full(count, model.damping_ratio))
-    if swept := [name for name in own[len(STATES) :] if name in values]:
+    if swept := [name for name in state_names[len(STATES) :] if name in values]:
         whole = model.members().start_states(states[:, :2])
         whole[:, : states.shape[1]] = states
         for name in swept:
-            whole[:, own.index(name)] = values[name]
+            whole[:, state_names.index(name)] = values[name]
         states = whole
     return model, states
 
@@ -274,9 +277,9 @@ def about(plan: Plan, name: str) -> dict[str, str]:
     """The attributes of a swept coordinate: its meaning, its unit, and its scale in SI units."""
     if plan.device is not None:
         return field_attributes(plan.device, name)
-    own = {state.name: state.meaning for state in plan.cone.system.states[len(STATES) :]}
-    if name in own:
-        return attributes(f"initial {own[name]}", "parameter")
+    state_meanings = {state.name: state.meaning for state in plan.cone.system.states[len(STATES) :]}
+    if name in state_meanings:
+        return attributes(f"initial {state_meanings[name]}", "parameter")
     meaning = STATES[name].meaning if name in STATES else plan.cone.system.parameters[name].meaning
     disc = {state.name: state.quantity for state in plan.cone.system.states[: len(STATES)]}
     return attributes(meaning, disc.get(name, "parameter"))

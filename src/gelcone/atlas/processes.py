@@ -212,11 +212,11 @@ def _start() -> subprocess.Popen[bytes]:
     path = [str(entry) for entry in sys.path]
     code = f"import sys; sys.path[:] = {path!r}; from gelcone.atlas.processes import serve; serve()"
     command, pipe = [sys.executable, "-c", code], subprocess.PIPE
-    own = {"OPENBLAS_NUM_THREADS": "1"} | os.environ  # threads of several processes would wait for one another
+    environment = {"OPENBLAS_NUM_THREADS": "1"} | os.environ  # threads of several processes would wait for one another
     if sys.platform == "win32":
         group = subprocess.CREATE_NEW_PROCESS_GROUP
-        return subprocess.Popen(command, stdin=pipe, stdout=pipe, env=own, creationflags=group)
-    return subprocess.Popen(command, stdin=pipe, stdout=pipe, env=own, process_group=0)
+        return subprocess.Popen(command, stdin=pipe, stdout=pipe, env=environment, creationflags=group)
+    return subprocess.Popen(command, stdin=pipe, stdout=pipe, env=environment, process_group=0)
 
 
 def _close(process: subprocess.Popen[bytes]) -> None:

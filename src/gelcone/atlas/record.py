@@ -160,13 +160,13 @@ def show(path: str | Path) -> xr.Dataset:
     if not fields:
         raise InputError(f"{path}: holds no cell yet; try again when its run has computed some")
     status = fields["status"].values
-    computed, inferred = (status == of for of in (Status.COMPUTED, Status.INFERRED))
+    computed, inferred = (status == kind for kind in (Status.COMPUTED, Status.INFERRED))
     failed = computed & (fields["outcome"].values != Outcome.OK)
     tally = Tally(plan.size, computed=int(computed.sum()), inferred=int(inferred.sum()), failed=int(failed.sum()))
     title = f"sweep: {stored.analysis}"
-    found = label(plan, find_analysis(stored.analysis), fields, None, tally, title, stored.film_errors)
-    found = with_names_of_today(found)
-    return found if plan.device is None else to_si(found, plan.device)
+    cells = label(plan, find_analysis(stored.analysis), fields, None, tally, title, stored.film_errors)
+    cells = with_names_of_today(cells)
+    return cells if plan.device is None else to_si(cells, plan.device)
 
 
 def coordinates(plan: Plan) -> dict[str, Field]:
@@ -202,8 +202,8 @@ def label(
     }
     result = over_axes(plan, variables, options, title, errors)
     refused = (fields["outcome"].values == Outcome.IMPOSSIBLE) & (fields["status"].values == Status.COMPUTED)
-    own = {"impossible": refusal(plan, analysis, int(refused.argmax()))} if refused.any() else {}
-    return result.assign_attrs(analysis=analysis.name, totals=json.dumps(tally.record()), **own)
+    extra_attributes = {"impossible": refusal(plan, analysis, int(refused.argmax()))} if refused.any() else {}
+    return result.assign_attrs(analysis=analysis.name, totals=json.dumps(tally.record()), **extra_attributes)
 
 
 def refusal(plan: Plan, analysis: Analysis, cell: int) -> str:

@@ -128,8 +128,8 @@ def _lattice(shape: tuple[int, ...], strides: list[int]) -> list[Cells]:
 
 def _inferred(axes: list[Cells], sources: Cells) -> npt.NDArray[np.bool_]:
     """Mask of the lattice points that are not computed."""
-    own = np.arange(sources.size).reshape(sources.shape)
-    inferred: npt.NDArray[np.bool_] = sources[np.ix_(*axes)] != own[np.ix_(*axes)]
+    cell_numbers = np.arange(sources.size).reshape(sources.shape)
+    inferred: npt.NDArray[np.bool_] = sources[np.ix_(*axes)] != cell_numbers[np.ix_(*axes)]
     return inferred
 
 
@@ -137,8 +137,8 @@ def _compute(
     axes: list[Cells], wanted: npt.NDArray[np.bool_], kinds: Kinds, sources: Cells
 ) -> Generator[Cells, Kinds, None]:
     """Requests the wanted lattice points that are not computed yet."""
-    own = np.arange(kinds.size).reshape(kinds.shape)
-    cells = own[np.ix_(*axes)][wanted & _inferred(axes, sources)]
+    cell_numbers = np.arange(kinds.size).reshape(kinds.shape)
+    cells = cell_numbers[np.ix_(*axes)][wanted & _inferred(axes, sources)]
     if cells.size:
         kinds.flat[cells] = yield cells
         sources.flat[cells] = cells

@@ -43,8 +43,8 @@ def highest_peaks(model: Members, trail: Trail, falls: Falls, progress: Progress
     members, amplitude = np.arange(model.size), np.where(np.isnan(amplitudes), -1.0, amplitudes)
     best = amplitude.argmax(axis=1)
     at, height = met[members, best], amplitude[members, best]
-    there = model.replace(drive_frequency=at)
-    peak = swing(there, finals[members, best], periods[members, best], only_extent=True, **integration(search))
+    best_members = model.replace(drive_frequency=at)
+    peak = swing(best_members, finals[members, best], periods[members, best], only_extent=True, **integration(search))
     low, high = _bracket(met, _certain(amplitude, periods), at, height)
     ends = np.stack([falls.start, falls.end])
     touching = (ends.max(axis=0) >= low[:, None]) & (ends.min(axis=0) <= high[:, None])
@@ -71,8 +71,8 @@ def highest_peaks(model: Members, trail: Trail, falls: Falls, progress: Progress
         edges, known = np.column_stack([low, places, high]), np.hstack([lowest, _certain(heights, period), lowest])
         low, high = _bracket(edges, known, at, height)
         advance(progress, 1.0 / NARROWINGS)
-    found = at, np.minimum(low, low_fall), np.maximum(high, high_fall), height, error
-    return Peaks(*(np.where(height < 0.0, np.nan, values) for values in found))
+    peak_columns = at, np.minimum(low, low_fall), np.maximum(high, high_fall), height, error
+    return Peaks(*(np.where(height < 0.0, np.nan, values) for values in peak_columns))
 
 
 def _certain(heights: Array, period: npt.NDArray[np.int64]) -> Array:

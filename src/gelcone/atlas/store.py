@@ -117,8 +117,8 @@ class Store:
             _create(group, name, field.values.shape, field.values.shape, field, field.dims)[...] = field.values
         for name in sorted(fields, key=lambda name: name == "status"):
             field = fields[name]
-            own = field.values.shape[1:]
-            _create(group, name, self.shape + own, self.tile + own, field, self.dims + field.dims)
+            field_shape = field.values.shape[1:]
+            _create(group, name, self.shape + field_shape, self.tile + field_shape, field, self.dims + field.dims)
         _consolidate(self.path)
 
     def write(self, fields: Mapping[str, Field], cells: npt.NDArray[np.intp]) -> None:
@@ -177,9 +177,9 @@ def open_store(
 
     resume = resume and not (path.is_dir() and holds_nothing(path))
     if resume:
-        found = read_plan(path)
-        if found | {FILM_ERRORS: None} != plan | {FILM_ERRORS: None}:
-            raise _another(path, found, plan)
+        stored_plan = read_plan(path)
+        if stored_plan | {FILM_ERRORS: None} != plan | {FILM_ERRORS: None}:
+            raise _another(path, stored_plan, plan)
     else:
         with _explained(path):
             path.mkdir(parents=True, exist_ok=True)

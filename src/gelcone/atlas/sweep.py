@@ -123,8 +123,8 @@ def sweep(
         raise InputError(
             f"sweep: was given {described(plan)}; give a plan, such as Plan(device, {{'voltage_amplitude': ...}})"
         )
-    found = find_analysis(analysis)
-    options = check_sweepable(found, plan, coarsest, keep)
+    analysis_entry = find_analysis(analysis)
+    options = check_sweepable(analysis_entry, plan, coarsest, keep)
     possible, models, states = plan.possible()
     start_states(models, states)
     if workers is not None and not callable(workers):
@@ -132,13 +132,13 @@ def sweep(
     if workers is not None and threads is not None:
         raise InputError(f"threads = {threads}: workers are given too; give one of them")
     report, errors = _reporter(watch, progress), dataset.film_errors(models)
-    compute_cells = partial(_task, replace(plan, options=options), found, tuple(keep))
-    cells = _Cells(plan, found.kinds, possible)
+    compute_cells = partial(_task, replace(plan, options=options), analysis_entry, tuple(keep))
+    cells = _Cells(plan, analysis_entry.kinds, possible)
     with ExitStack() as stack:
         if store is not None and GELS in plan.over:
             raise InputError("store: keeps no sweep over gels; leave it out, or sweep the numbers of the material")
         if store is not None:
-            record = plan_record(plan, found, coarsest, keep, errors)
+            record = plan_record(plan, analysis_entry, coarsest, keep, errors)
             cells.keep_in(stack.enter_context(open_store(Path(store), record, plan.dims, plan.shape, resume=resume)))
         team = stack.enter_context((workers or usual_workers(plan.size, threads))())
         begun = time.monotonic()
@@ -147,12 +147,12 @@ def sweep(
             report(replace(tally, seconds=time.monotonic() - begun))
 
         stack.enter_context(cells.flushed_at_the_end())
-        wanted = refine(plan.shape, coarsest) if coarsest is not None else _all(plan.size)
-        refined = _follow(wanted, partial(_work, cells, team, compute_cells, timed))
+        requests = refine(plan.shape, coarsest) if coarsest is not None else _all(plan.size)
+        refined = _follow(requests, partial(_work, cells, team, compute_cells, timed))
         cells.infer(refined)
         totals = replace(cells.tally, seconds=time.monotonic() - begun)
         report(totals)
-    return label(plan, found, cells.fields, refined.sources, totals, f"sweep: {analysis}", errors)
+    return label(plan, analysis_entry, cells.fields, refined.sources, totals, f"sweep: {analysis}", errors)
 
 
 def check_sweepable(analysis: Analysis, plan: Plan, coarsest: int | None, keep: Sequence[str]) -> dict[str, Any]:
@@ -197,10 +197,10 @@ def compute(plan: Plan, analysis: Analysis, cells: Cells, keep: Sequence[str] = 
     """
     model, states = plan.at(plan.values(cells))
     members = model.members()
-    found = analysis.compute(members, complete(members, states), threads=1, **plan.options)
+    computed = analysis.compute(members, complete(members, states), threads=1, **plan.options)
     fields = {
         name: Field(dims, np.asarray(values), dataset.attributes(long_name, quantity))
-        for name, (dims, values, long_name, quantity) in found.variables.items()
+        for name, (dims, values, long_name, quantity) in computed.variables.items()
         if name in keep or name not in analysis.bulky
     }
     if plan.device is not None:
@@ -212,7 +212,7 @@ def compute(plan: Plan, analysis: Analysis, cells: Cells, keep: Sequence[str] = 
         fields["regime"] = replace(
             fields["regime"], attributes={**fields["regime"].attributes, **dataset.flags(Regime)}
         )
-    return fields | {"outcome": Field((), np.asarray(found.outcome, dtype=np.int8), dataset.OUTCOME_ATTRIBUTES)}
+    return fields | {"outcome": Field((), np.asarray(computed.outcome, dtype=np.int8), dataset.OUTCOME_ATTRIBUTES)}
 
 
 def _all(size: int) -> Generator[Cells, Kinds, Refined]:
@@ -319,9 +319,9 @@ class _Cells:
 
     def ask(self, cells: Cells) -> None:
         """Counts cells as asked for."""
-        found = int(self.computed[cells].sum())
+        computed_count = int(self.computed[cells].sum())
         tally = self.tally
-        self.tally = replace(tally, asked=tally.asked + cells.size, found=tally.found + found)
+        self.tally = replace(tally, asked=tally.asked + cells.size, found=tally.found + computed_count)
         self._count(cells[self.computed[cells]])
 
     def take(self, parts: list[Part], steps: int) -> None:
@@ -371,11 +371,13 @@ class _Cells:
         """Raises `InputError` if the first, the middle and the last cell are impossible for one and the same reason,
         which is then that of every cell."""
         self.examined = True
-        own = np.flatnonzero(self.possible)
-        found = {
-            result if isinstance(result, str) else "" for k in (0, own.size // 2, -1) for _, result in task(own[[k]])
+        possible_cells = np.flatnonzero(self.possible)
+        reasons = {
+            result if isinstance(result, str) else ""
+            for k in (0, possible_cells.size // 2, -1)
+            for _, result in task(possible_cells[[k]])
         }
-        if len(found) == 1 and (reason := found.pop()):
+        if len(reasons) == 1 and (reason := reasons.pop()):
             raise InputError(reason)
 
     def _count(self, cells: Cells) -> None:

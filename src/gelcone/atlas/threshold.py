@@ -115,7 +115,7 @@ def changes(branch: str, values: Array, evidence: Evidence) -> list[Threshold]:
 
     Equal ranges are merged into one, from the kind below to the kind above.
     """
-    found: dict[tuple[int, int], Threshold] = {}
+    thresholds: dict[tuple[int, int], Threshold] = {}
     for at in np.flatnonzero(evidence.regime[1:] != evidence.regime[:-1]):
         below, above = Regime(int(evidence.regime[at])), Regime(int(evidence.regime[at + 1]))
         share = share_of(evidence, below)
@@ -124,15 +124,15 @@ def changes(branch: str, values: Array, evidence: Evidence) -> list[Threshold]:
             first -= 1
         while last < len(values) - 1 and share[last] > 0.0:
             last += 1
-        if (first, last) in found:
-            found[first, last].above = above
+        if (first, last) in thresholds:
+            thresholds[first, last].above = above
             continue
         threshold = Threshold(branch, below, above, float(values[first]), float(values[last]))
         near = range(max(first - 3, 0), min(last + 4, len(values)))
         for k in near:
             threshold.add(float(values[k]), float(share[k]), int(evidence.period[k]))
-        found[first, last] = threshold
-    return list(found.values())
+        thresholds[first, last] = threshold
+    return list(thresholds.values())
 
 
 def refine(
@@ -154,9 +154,9 @@ def refine(
         tried = np.array([value for threshold in wide for value in threshold.middle])
         paths = classified(owners, tried)
         for threshold in wide:
-            own = np.flatnonzero([owner is threshold for owner in owners])
-            shares = np.mean([share_of(path.take(own), threshold.below) for path in paths], axis=0)
-            for value, share, period in zip(tried[own], shares, paths[0].period[own], strict=True):
+            owned_rows = np.flatnonzero([owner is threshold for owner in owners])
+            shares = np.mean([share_of(path.take(owned_rows), threshold.below) for path in paths], axis=0)
+            for value, share, period in zip(tried[owned_rows], shares, paths[0].period[owned_rows], strict=True):
                 threshold.add(float(value), float(share), int(period))
             threshold.narrow()
         for threshold, width in zip(thresholds, least, strict=True):

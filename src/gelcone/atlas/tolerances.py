@@ -59,9 +59,9 @@ def tolerances(cells: xr.Dataset) -> xr.Dataset:
     check_draws("tolerances", cells)
     drawn = {str(name).removeprefix("drawn_"): cells[name].values for name in cells.coords if "drawn_" in str(name)}
     dims = [str(dim) for dim in cells["regime"].dims if dim != "draw"]
-    own = base_draws(cells)
-    hits, known = _risks(own.transpose(*dims, "draw", ...))
-    count, total = hits.sum(axis=-1), known.sum(axis=-1)
+    base = base_draws(cells)
+    hits, decided = _risks(base.transpose(*dims, "draw", ...))
+    count, total = hits.sum(axis=-1), decided.sum(axis=-1)
     low, high = share_interval(count, total)
     at = (*dims, "risk")
     table: dataset.Table = {
@@ -71,7 +71,7 @@ def tolerances(cells: xr.Dataset) -> xr.Dataset:
         "decided": (total, "draws that are decided", "count"),
     }
     strokes = strokes_of(cells).transpose(*dims, "draw")
-    quantiles = _over_grid(stroke_quantiles, strokes_of(own).transpose(*dims, "draw").values, (3, len(QUANTILES)))
+    quantiles = _over_grid(stroke_quantiles, strokes_of(base).transpose(*dims, "draw").values, (3, len(QUANTILES)))
     of = dict(strokes.attrs)
     named = ("stroke", "stroke_low", "stroke_high")
     ends = (f"{end} end of the 95 % interval of the stroke" for end in ("lower", "upper"))
@@ -99,8 +99,8 @@ def tolerances(cells: xr.Dataset) -> xr.Dataset:
 
 def _named(dim: str, values: Iterable[Any], meaning: str) -> dict[str, Any]:
     """A coordinate along a dim of its own name."""
-    own = list(values)
-    return {dim: (dim, own, dataset.attributes(meaning, "share" if isinstance(own[0], float) else "code"))}
+    entries = list(values)
+    return {dim: (dim, entries, dataset.attributes(meaning, "share" if isinstance(entries[0], float) else "code"))}
 
 
 def base_draws(cells: xr.Dataset) -> xr.Dataset:
@@ -139,8 +139,8 @@ def _risks(own: xr.Dataset) -> tuple[Kinds, Kinds]:
 def strokes_of(cells: xr.Dataset) -> xr.DataArray:
     """Stroke peak to peak of every draw, 0 at rest; NaN for one without a long run."""
     stroke = (cells["highest"] - cells["lowest"]).where(cells["regime"] != Regime.REST, 0.0)
-    found: xr.DataArray = stroke.where(cells["outcome"] == Outcome.OK)
-    return found.assign_attrs(cells["highest"].attrs)
+    strokes: xr.DataArray = stroke.where(cells["outcome"] == Outcome.OK)
+    return strokes.assign_attrs(cells["highest"].attrs)
 
 
 def _over_grid(function: Any, values: Array, shape: tuple[int, ...]) -> Array:
@@ -173,10 +173,10 @@ def sobol(strokes: Array, parameters: int) -> Array:
     def indices(rows: Any) -> Array:
         """First-order and total indices (2, parameters, samples) of samples (samples, draws)."""
         first, second, *mixed = blocks[:, rows]
-        known = {"f_A": first, "f_B": second, "f_AB": np.array(mixed)}
+        outputs = {"f_A": first, "f_B": second, "f_AB": np.array(mixed)}
         with np.errstate(invalid="ignore", divide="ignore"):  # samples of equal strokes have no variance
-            found = sobol_indices(func=known, n=count)
-        return np.stack([np.atleast_2d(found.first_order).T, np.atleast_2d(found.total_order).T])
+            orders = sobol_indices(func=outputs, n=count)
+        return np.stack([np.atleast_2d(orders.first_order).T, np.atleast_2d(orders.total_order).T])
 
     parts, left = [], RESAMPLES
     while left:

@@ -164,12 +164,12 @@ def as_typed(message: str, typed: list[str]) -> str:
     for word, after in pairwise([*typed, ""]):
         option, given, value = word.partition("=")
         name = re.escape(option[2:].replace("-", "_"))
-        if not option.startswith("--") or not (found := re.match(rf"{name}( = [^:]*|{_PART})?(?=: )", message)):
+        if not option.startswith("--") or not (match := re.match(rf"{name}( = [^:]*|{_PART})?(?=: )", message)):
             continue
-        own, part = value if given else after, found[1] or ""
+        typed_value, part = value if given else after, match[1] or ""
         again = sum(other.partition("=")[0] == option for other in typed) > 1
-        part = f" {shlex.quote(own)}" if part.startswith(" = ") and not again else part
-        return f"{option}{part}{message[found.end() :]}"
+        part = f" {shlex.quote(typed_value)}" if part.startswith(" = ") and not again else part
+        return f"{option}{part}{message[match.end() :]}"
     return message
 
 
@@ -201,14 +201,18 @@ def _said(error: click.UsageError) -> str:
 def _takers(option: str) -> list[str]:
     """The commands that have an ``option``."""
     commands = (group.get_command(click.Context(group), name) for name in COMMANDS)
-    return [str(own.name) for own in commands if own and any(option in parameter.opts for parameter in own.params)]
+    return [
+        str(command.name)
+        for command in commands
+        if command and any(option in parameter.opts for parameter in command.params)
+    ]
 
 
 def _beginning(option: str, context: click.Context | None) -> list[str]:
     """The options of a command that begin with the words of an ``option``, which are nearer than those of like
     letters: --lowest-frequency to --lowest."""
-    known = [name for own in (context.command.params if context else ()) for name in own.opts]
-    return [name for name in known if option and name.startswith(f"{option}-")]
+    options = [name for parameter in (context.command.params if context else ()) for name in parameter.opts]
+    return [name for name in options if option and name.startswith(f"{option}-")]
 
 
 def _say_warning(message: Warning | str, category: type[Warning], *_: object, **__: object) -> None:

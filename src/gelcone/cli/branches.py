@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 def continue_command() -> click.Command:
     """`gelcone continue`, with the options of stores that maps and sweeps have."""
     command = command_of(find_analysis("continue_branch"))
-    own = {option.name: option for option in store_parameters()}
-    command.params = [own.get(one.name, one) for one in command.params]
+    store_options = {option.name: option for option in store_parameters()}
+    command.params = [store_options.get(parameter.name, parameter) for parameter in command.params]
     command.callback = run_continue
     return command
 

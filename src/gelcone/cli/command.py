@@ -55,8 +55,8 @@ def _in_places(analysis: Analysis, words: tuple[str, ...]) -> dict[str, str | No
     form = " ".join(["[DEVICE]", *analysis.arguments.values()])
     if len(words) == len(places):
         if words[0].endswith(".toml") or words[0] in shipped_devices():
-            own = [*analysis.arguments.values()]
-            missing = own[0] if len(own) == 1 else f"one of {', '.join(own)}"
+            arguments = [*analysis.arguments.values()]
+            missing = arguments[0] if len(arguments) == 1 else f"one of {', '.join(arguments)}"
             raise InputError(
                 f"{analysis.command}: takes {form}, and behind the device {words[0]} {missing} is missing, as in "
                 f"gelcone {analysis.command} {analysis.examples[0]}"

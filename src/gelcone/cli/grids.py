@@ -208,22 +208,22 @@ def run_sweep(
     output, how = _take(typed, OUTPUT), _take(typed, _RUN)
     kept, workers = one_store(how["store"], resume), read_workers(how)
     if resume is not None and from_store(resume, bool(over or uncertain or samples)):
-        wanted = stored(resume)
+        sweep = stored(resume)
     else:
         subject = subject_of(typed)
         check_one(subject.model, "sweep")
-        found = find_analysis(analysis.replace("-", "_"))
+        analysis_entry = find_analysis(analysis.replace("-", "_"))
         drawn = take_how_drawn(typed, samples or table_among(uncertain))
         if samples is not None:
             draws = read_samples(samples, uncertain, subject)
         else:
-            draws = read_draws(uncertain, subject, indices=indices and found.name == "regime", **drawn)
+            draws = read_draws(uncertain, subject, indices=indices and analysis_entry.name == "regime", **drawn)
         if not (over or draws):
-            one = example(subject.device, "voltage" if subject.device is None else "frequency")
-            raise InputError(f"--over: is not given; give what is swept, such as {one}, or --uncertain")
-        plan = _plan(found, subject, subject.over(over), draws, _given(typed))
-        wanted = Sweep(subject, plan, found.name, None, keep)
-    return run(SWEEP, wanted, kept, resume is not None, workers, output)
+            axis_example = example(subject.device, "voltage" if subject.device is None else "frequency")
+            raise InputError(f"--over: is not given; give what is swept, such as {axis_example}, or --uncertain")
+        plan = _plan(analysis_entry, subject, subject.over(over), draws, _given(typed))
+        sweep = Sweep(subject, plan, analysis_entry.name, None, keep)
+    return run(SWEEP, sweep, kept, resume is not None, workers, output)
 
 
 def run(
@@ -308,11 +308,11 @@ def _two_axes(subject: Subject) -> str:
 
 def stored(store: Path) -> Sweep:
     """The sweep that a store was made for."""
-    own = stored_sweep(store)
-    plan = own.plan
+    kept_sweep = stored_sweep(store)
+    plan = kept_sweep.plan
     initial = plan.initial if plan.device is None else state_of(plan.device, plan.initial)
     subject = Subject(plan.cone, plan.device, initial, plan.initial)
-    return Sweep(subject, plan, own.analysis, own.coarsest, own.keep)
+    return Sweep(subject, plan, kept_sweep.analysis, kept_sweep.coarsest, kept_sweep.keep)
 
 
 def from_store(resume: Path, given: bool) -> bool:

@@ -35,10 +35,12 @@ def run_measured(*, pages: tuple[Path, ...], seed: int, as_json: bool) -> int:
     """Compares and prints each page; 1 where something is outside its interval."""
     from gelcone.lab.page import compare_measured, page_words
 
-    found = []
-    for place in pages:
+    compared_pages = []
+    for page_path in pages:
         with progress_bar("measured") as progress:
-            found.append(compare_measured(place, seed=seed, progress=progress))
-    listed = [page._asdict() | {"compared": [one._asdict() for one in page.compared]} for page in found]
-    say("measured", as_json, {"pages": listed}, "\n".join(map(page_words, found)))
-    return int(any(one.verdict.startswith("outside") for page in found for one in page.compared))
+            compared_pages.append(compare_measured(page_path, seed=seed, progress=progress))
+    listed = [
+        page._asdict() | {"compared": [comparison._asdict() for comparison in page.compared]} for page in compared_pages
+    ]
+    say("measured", as_json, {"pages": listed}, "\n".join(map(page_words, compared_pages)))
+    return int(any(comparison.verdict.startswith("outside") for page in compared_pages for comparison in page.compared))

@@ -172,14 +172,14 @@ def _axes_help(analysis: Analysis) -> str:
     """The explanation of the axes of an analysis by their names, with the forms of their values."""
     single = all(axis.least == 1 for axis in analysis.axes.values())
     forms = "NAME=from:to:count, NAME=v1,v2,... or NAME=v1" if single else "NAME=from:to:count or NAME=v1,v2,..."
-    own = [_axis_help(axis, analysis.axis_options[name]) for name, axis in analysis.axes.items()]
-    return " ".join([f"Increasing values, {forms}.", *own])
+    explanations = [_axis_help(axis, analysis.axis_options[name]) for name, axis in analysis.axes.items()]
+    return " ".join([f"Increasing values, {forms}.", *explanations])
 
 
 def _axis_help(axis: Axis, option: Option) -> str:
     """The explanation of an axis."""
-    own = "" if axis.of_device == axis.of_model else f"{axis.of_device}, "
-    device = f"{own}in {_units(option.quantity)}"
+    device_name = "" if axis.of_device == axis.of_model else f"{axis.of_device}, "
+    device = f"{device_name}in {_units(option.quantity)}"
     default = option.unset
     if axis.default is not None:
         first, last, count = axis.default
@@ -233,9 +233,9 @@ def _units(quantity: str) -> str:
 
 def subject_of(given: dict[str, Any]) -> Subject:
     """Takes the arguments of `subject_parameters` out of ``given`` and reads them."""
-    own = {name: given.pop(name) for name in SUBJECT}
+    arguments = {name: given.pop(name) for name in SUBJECT}
     drive = {name: value for name in DRIVE if (value := given.pop(name, None)) is not None}
-    subject = read_subject(own.pop("device"), **own)
+    subject = read_subject(arguments.pop("device"), **arguments)
     return _driven(subject, drive) if drive else subject
 
 

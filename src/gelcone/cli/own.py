@@ -93,13 +93,13 @@ def explain(*, topic: str | None) -> None:
         click.echo(unit_table())
     elif subject == "glossary":
         click.echo("\n".join(map(glossary.explain, glossary.GLOSSARY)))
-    elif not (found := [*_of_terms(topic), *_of_commands(topic, group)] or _fields_called(topic)):
+    elif not (explanations := [*_of_terms(topic), *_of_commands(topic, group)] or _fields_called(topic)):
         from gelcone.devices.device import Device
 
-        known = [*TOPICS, *group.command.list_commands(group), *glossary.GLOSSARY, *Device.fields]
-        raise unknown_name("subject of help", topic, known, "`gelcone help glossary` lists the terms")
+        subjects = [*TOPICS, *group.command.list_commands(group), *glossary.GLOSSARY, *Device.fields]
+        raise unknown_name("subject of help", topic, subjects, "`gelcone help glossary` lists the terms")
     else:
-        click.echo("\n\n".join(found))
+        click.echo("\n\n".join(explanations))
 
 
 def _of_terms(topic: str) -> list[str]:
@@ -129,4 +129,4 @@ def _fields_called(topic: str) -> list[str]:
     from gelcone.devices.fields import DEVICE_FIELDS
 
     name = topic.lower().replace("-", "_").replace(" ", "_")
-    return [text for own, field in DEVICE_FIELDS.items() if name in field.near and (text := _field(own))]
+    return [text for field_name, field in DEVICE_FIELDS.items() if name in field.near and (text := _field(field_name))]

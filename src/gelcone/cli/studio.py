@@ -77,9 +77,9 @@ def start(device: str | None, preset: str | None, port: int, host: str, no_brows
     name = device if device is not None or preset is not None else "biased-pump"
     given, names = None, frozenset[str]()
     if name is not None and (name not in shipped_devices() or Path(name).is_file()):
-        found = find_device(name)
-        check_single(found)
-        given, names = Path(name), names_in(found)
+        checked_device = find_device(name)
+        check_single(checked_device)
+        given, names = Path(name), names_in(checked_device)
     studio = Studio(Shelf(given, names), host)
     listening = studio.listen(port)
     shown = {"preset": preset} if name is None else {"device": given.stem if given else name}

@@ -70,21 +70,21 @@ def charged(film: Film, start: Point, highest: float, whole: float, *, tolerance
     while low < highest * (1.0 - 1e-12) and (np.isinf(high) or high - low > tolerance * high):
         next_step = FIRST * pace if len(points) <= FIRST_STEPS else pace
         target = min(low + next_step, highest) if np.isinf(high) else 0.5 * (low + high)
-        found = follow(film, points[-1], target)
-        if found is None and np.isinf(high) and pace > SHORTEST * whole:
+        point = follow(film, points[-1], target)
+        if point is None and np.isinf(high) and pace > SHORTEST * whole:
             pace *= 0.5
             continue
-        if found is None and np.isinf(high):
-            found = reach(film, points[-1], "squared", target)[0]
-        if found is None:
+        if point is None and np.isinf(high):
+            point = reach(film, points[-1], "squared", target)[0]
+        if point is None:
             high, ending = target, Ending.NOT_CONVERGED
-        elif tangent_stiffness(film, found, target) <= 0.0:
+        elif tangent_stiffness(film, point, target) <= 0.0:
             high, ending = target, Ending.PULLED_IN
-        elif found.force <= weakest:
+        elif point.force <= weakest:
             high, ending = target, Ending.SLACK
         else:
             low = target
-            points.append(found)
+            points.append(point)
     if np.isinf(high):
         return Charged(points, low, 0.0, Ending.CONVERGED)
     if ending == Ending.NOT_CONVERGED:
@@ -102,18 +102,18 @@ def _why_lost(film: Film, start: Point, last: Point, beyond: float) -> Ending:
 
 def follow(film: Film, point: Point, target: float) -> Point | None:
     """The state at a nearby V = ``target``; None where none is found, or only after a jump of a ring in tension."""
-    found = step(film, point, "squared", target)
-    if found is None:
-        found = settled(film, point.position, target, NEAR)
-        if found is not None:
-            before, after = (_lengths(film, state) for state in (point, found))
+    next_point = step(film, point, "squared", target)
+    if next_point is None:
+        next_point = settled(film, point.position, target, NEAR)
+        if next_point is not None:
+            before, after = (_lengths(film, state) for state in (point, next_point))
             tense = (
                 density.relaxed_derivatives(film.model.gel_law(), film.coefficients, *before, point.squared, 0.0).m
                 > 10.0 * SLACK_STIFFNESS
             )
             change = np.abs(after[0] / before[0] - 1.0)
-            found = found if np.max(change, where=tense, initial=0.0) < LARGEST_JUMP else None
-    return found
+            next_point = next_point if np.max(change, where=tense, initial=0.0) < LARGEST_JUMP else None
+    return next_point
 
 
 def _lengths(film: Film, point: Point) -> tuple[Array, Array]:
@@ -142,5 +142,5 @@ def _numbers(model: ConeModel) -> Numbers:
     """Numbers of the wrinkling cone of the same film."""
     cone = WrinklingCone(law=model.gel_law())
     lm, lh = model.stretches
-    own = {name: model.values[name] for name in model.gel_law().parameters}
-    return cone.numbers(cone.complete(own | {"meridional_prestretch": lm, "hoop_prestretch": lh}))
+    law_numbers = {name: model.values[name] for name in model.gel_law().parameters}
+    return cone.numbers(cone.complete(law_numbers | {"meridional_prestretch": lm, "hoop_prestretch": lh}))

@@ -197,17 +197,17 @@ def _of_wrinkling(
     force, limit = np.full(held.shape, np.nan), np.full((len(members), x.size), np.nan)
     for i, (member, ratio) in enumerate(zip(members, ratios, strict=True)):
         with contextlib.suppress(InputError):
-            own = member.replace(film="membrane", radius_ratio=ratio)
-            force[i] = [own.film_force(x, v) for v in levels]
-            limit[i] = np.sqrt(own.film.highest_squared(x, own.numbers()))
+            membrane = member.replace(film="membrane", radius_ratio=ratio)
+            force[i] = [membrane.film_force(x, v) for v in levels]
+            limit[i] = np.sqrt(membrane.film.highest_squared(x, membrane.numbers()))
     ending, reached = (result[name].values.reshape(held.shape) for name in ("ending", "reached_voltage"))
     ended = ending == Ending.PULLED_IN
-    found = np.where(ended.any(axis=1), np.min(np.where(ended, reached, np.inf), axis=1), np.nan)
+    pull_ins = np.where(ended.any(axis=1), np.min(np.where(ended, reached, np.inf), axis=1), np.nan)
     cones = [member.replace(film="wrinkling") for member in members]
     squared = np.array([cone.film.highest_squared(x, cone.numbers()) for cone in cones])
     along, at = ("displacement",), ("constant_voltage", "displacement")
     return {
-        "pull_in_film_voltage": (along, found, "voltage above which the continuum has pulled in", "voltage"),
+        "pull_in_film_voltage": (along, pull_ins, "voltage above which the continuum has pulled in", "voltage"),
         "cone_pull_in_film_voltage": (along, np.sqrt(squared), "voltage above which the cone has pulled in", "voltage"),
         "membrane_pull_in_film_voltage": (
             along,
@@ -230,10 +230,10 @@ def limit_displacements(film: Film, shares: Sequence[float] = LIMIT_SHARES) -> A
 
     NaN where it does not: for a film without limit, or where Newton's method does not get that far.
     """
-    found = np.full(len(shares), np.nan)
+    displacements = np.full(len(shares), np.nan)
     step = 1.2 * float(_cone_limit(film.model, max(shares))) / LIMIT_STEPS
     if not step > 0.0:
-        return found
+        return displacements
     before: Point | None = None
     for k in range(1, LIMIT_STEPS + 1):
         after = _raised_to(film, before, k * step)
@@ -242,9 +242,9 @@ def limit_displacements(film: Film, shares: Sequence[float] = LIMIT_SHARES) -> A
         if before is not None and after is not None:
             low, high = (limit_shares(film, point.position).max() for point in (before, after))
             for i in np.flatnonzero((low < np.asarray(shares)) & (np.asarray(shares) <= high)):
-                found[i] = _crossing(film, before, after.height, shares[int(i)])
+                displacements[i] = _crossing(film, before, after.height, shares[int(i)])
         before = after
-    return found
+    return displacements
 
 
 def _crossing(film: Film, below: Point, highest: float, share: float) -> float:
@@ -268,8 +268,8 @@ def _raised_to(film: Film, below: Point | None, height: float) -> Point | None:
 
 def _cone_limit(model: ConeModel, shares: npt.ArrayLike) -> Array:
     """The displacements at which the cone reaches shares of its stretch limit; NaN where it does not."""
-    found = cone_reach(np.asarray(shares) * model.strain_limit(), model.own_numbers)[1]
-    return np.where(np.isfinite(found), found, np.nan)
+    displacements = cone_reach(np.asarray(shares) * model.strain_limit(), model.own_numbers)[1]
+    return np.where(np.isfinite(displacements), displacements, np.nan)
 
 
 # --- the mesh --------------------------------------------------------------------------------------------------------

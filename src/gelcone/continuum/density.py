@@ -134,14 +134,14 @@ def _free(law: StrainEnergyLaw, c: Numbers, held: Any, squared: float, *, hoop: 
     Newton's method starts from the width without voltage, below the root. phi_n is concave there, so that the iterates
     rise to the first root.
     """
-    own, other = (c["B"], c["A"]) if hoop else (c["A"], c["B"])
+    along, across = (c["B"], c["A"]) if hoop else (c["A"], c["B"])
     limit, loss, ratio = law.strain_limit(c), 0.5 * squared * held, c["G"] / held
-    free = np.sqrt(ratio / own)
+    free = np.sqrt(ratio / along)
     for _ in range(MOST_ITERATIONS):
         r = ratio / free
-        invariant = other * held + own * free + r - 3.0
+        invariant = across * held + along * free + r - 3.0
         free = np.where(invariant < limit, free, np.nan)
-        by = own - r / free
+        by = along - r / free
         half = 0.5 * law.response(invariant, c)
         second = 0.5 * law.response_slope(invariant, c) * by * by + 2.0 * half * r / (free * free)
         step = -(half * by - loss) / np.where(second > 0.0, second, np.nan)

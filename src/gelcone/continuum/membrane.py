@@ -128,13 +128,13 @@ def membrane(
     films = [mesh_film(single(model.members(), i), ratio, elements, relaxed=relaxed) for i, ratio in enumerate(ratios)]
     _check_reachable(films, x)
     report = progress or (lambda share: None)
-    each = [
+    per_film = [
         _fields(film, mesh_film(film.model, film.radius_ratio, max(2, elements // 2), relaxed=relaxed), x, states)
         for film in films
         for states in [solve(film, x, levels, lambda s: report(s / len(films)))]
     ]
-    fields = {name: np.stack([one[name] for one in each]) for name in each[0]}
-    found = np.isfinite(fields["force"]).any(axis=(1, 2))
+    fields = {name: np.stack([film_fields[name] for film_fields in per_film]) for name in per_film[0]}
+    is_computed = np.isfinite(fields["force"]).any(axis=(1, 2))
     return dataset.label(
         model,
         _variables(fields),
@@ -145,7 +145,7 @@ def membrane(
             "mounted_radius": (("ring",), np.stack([f.radius for f in films]), "radius R of the flat film", "length"),
             "radius_ratio": ((), ratios, "radius of the disc over that of the film, a/b", "ratio"),
         },
-        outcome=np.where(found, Outcome.OK, Outcome.OUTSIDE),
+        outcome=np.where(is_computed, Outcome.OK, Outcome.OUTSIDE),
         options={"elements": elements, "wrinkles": wrinkles},
         title="film as a membrane",
     )
@@ -162,15 +162,15 @@ def solve(film: Film, x: Array, levels: Array, progress: Callable[[float], None]
     for height in heights:
         rows.append(_charged(film, height, raised.get(height), squares, rows[-1] if rows else None))
         progress(0.5 / len(heights))
-    found: dict[tuple[float, float], State] = {}
+    all_states: dict[tuple[float, float], State] = {}
     for k, square in enumerate(squares):
         states = dict(zip(heights, [row[k] for row in rows], strict=True))
         if not film.relaxed:
             states |= _pulled_in(film, states, square)
             states |= _compressed(film, states, square)
-        found |= {(square, height): state for height, state in states.items()}
+        all_states |= {(square, height): state for height, state in states.items()}
         progress(0.5 / len(squares))
-    return [[found[v * v, abs(h)] for h in x.tolist()] for v in levels.tolist()]
+    return [[all_states[v * v, abs(h)] for h in x.tolist()] for v in levels.tolist()]
 
 
 def raised_film(film: Film, heights: list[float]) -> dict[float, Point]:
@@ -222,9 +222,9 @@ def _relaxed_states(film: Film, start: Point, squares: list[float]) -> list[Stat
     state, limit, states = State(start, Ending.CONVERGED, 0, 0.0), slack_limit(film.model), []
     for square in squares:
         if state.ending == Ending.CONVERGED and state.point is not None:
-            found = charged(film, state.point, square, square - state.reached)
-            ended = found.ending != Ending.CONVERGED
-            state = State(found.points[-1], found.ending, 0, found.end if ended else square)
+            charge_path = charged(film, state.point, square, square - state.reached)
+            ended = charge_path.ending != Ending.CONVERGED
+            state = State(charge_path.points[-1], charge_path.ending, 0, charge_path.end if ended else square)
         if state.ending == Ending.SLACK and square > limit:
             state = State(state.point, Ending.PULLED_IN, 0, limit)
         states.append(state)
@@ -277,7 +277,7 @@ def _pulled_in(film: Film, states: dict[float, State], square: float) -> dict[fl
     The lower the disc, the sooner a film that has pulled in loses its tension, so that the search ends at the first
     height at which it has.
     """
-    found: dict[float, State] = {}
+    lowered_states: dict[float, State] = {}
     above: Point | None = None
     for height, state in sorted(states.items(), reverse=True):
         if state.point is None or state.ending not in (Ending.PULLED_IN, Ending.NOT_CONVERGED):
@@ -288,9 +288,9 @@ def _pulled_in(film: Film, states: dict[float, State], square: float) -> dict[fl
             point = _along_arc(film, state.point, square)
         if point is None:
             break
-        found[height] = State(point, Ending.CONVERGED, 2, square)
+        lowered_states[height] = State(point, Ending.CONVERGED, 2, square)
         above = point
-    return found
+    return lowered_states
 
 
 def _along_arc(film: Film, start: Point, square: float) -> Point | None:
@@ -311,18 +311,18 @@ def _along_arc(film: Film, start: Point, square: float) -> Point | None:
 def _compressed(film: Film, states: dict[float, State], square: float) -> dict[float, State]:
     """The film that was flat under v^2 and then raised, as far as all of its meridian stays compressed."""
     lost = (Ending.TENSION_LOST, Ending.PULLED_IN)
-    wanted = sorted(h for h, state in states.items() if h > 0.0 and state.ending in lost)
-    start = flat(film, square) if wanted else None
+    heights = sorted(h for h, state in states.items() if h > 0.0 and state.ending in lost)
+    start = flat(film, square) if heights else None
     if start is None or not start.forces.most < 0.0:
         return {}
-    found: dict[float, State] = {}
-    point = newton(film, cone(film, min(SMALLEST_HEIGHT, wanted[0]), start), square)
-    for height in wanted:
+    compressed_states: dict[float, State] = {}
+    point = newton(film, cone(film, min(SMALLEST_HEIGHT, heights[0]), start), square)
+    for height in heights:
         point = None if point is None else reach(film, point, "height", height)[0]
         if point is None or not point.forces.most < 0.0:
             break
-        found[height] = State(point, Ending.COMPRESSED, 0, square)
-    return found
+        compressed_states[height] = State(point, Ending.COMPRESSED, 0, square)
+    return compressed_states
 
 
 def highest_span(film: Film) -> float:
@@ -351,28 +351,28 @@ def _fields(film: Film, coarse: Film, x: Array, states: list[list[State]]) -> di
 
 def _field(film: Film, coarse: Film, state: State, side: float) -> dict[str, Any]:
     """The variables of one point, the film mirrored for a disc that is pulled down (``side`` -1)."""
-    found = state.point if state.ending in (Ending.CONVERGED, Ending.COMPRESSED) else None
+    point = state.point if state.ending in (Ending.CONVERGED, Ending.COMPRESSED) else None
     slack = state.ending == Ending.SLACK
-    error = np.nan if found is None else force_error(film, found, coarse)
-    resolved = found is None or error <= RESOLVED * abs(found.force) + (SLACK_STIFFNESS if film.relaxed else 0.0)
+    error = np.nan if point is None else force_error(film, point, coarse)
+    resolved = point is None or error <= RESOLVED * abs(point.force) + (SLACK_STIFFNESS if film.relaxed else 0.0)
     ending = state.ending if resolved else Ending.UNRESOLVED
-    known = {"ending": ending, "folds": state.folds, "reached_voltage": np.sqrt(state.reached)}
-    if found is None or ending == Ending.UNRESOLVED:
+    ending_fields = {"ending": ending, "folds": state.folds, "reached_voltage": np.sqrt(state.reached)}
+    if point is None or ending == Ending.UNRESOLVED:
         nothing = np.full(film.place.size, np.nan)
         scalars: dict[str, Any] = dict.fromkeys(_SCALARS, np.nan) | dict.fromkeys(_FLAGS, False)
         scalars |= {"force": 0.0, "force_error": 0.0, "hoop_slack": True, "meridional_slack": True} if slack else {}
-        return known | scalars | dict.fromkeys(_PROFILES, nothing)
-    position = found.position
-    along, hoop, stress, hoop_stress = stress_state(film, position, found.squared)
-    slack, hoop_slack = _slack(film, position, found.squared)
+        return ending_fields | scalars | dict.fromkeys(_PROFILES, nothing)
+    position = point.position
+    along, hoop, stress, hoop_stress = stress_state(film, position, point.squared)
+    slack, hoop_slack = _slack(film, position, point.squared)
     share = limit_shares(film, position)
     overhang = stretches(film, position)[0].min() < 0.0
-    return known | {
-        "force": (side or 1.0) * found.force,
+    return ending_fields | {
+        "force": (side or 1.0) * point.force,
         "force_error": error,
         "limit_share": share.max(),
         "limit_radius": film.radius[np.argmax(share)],
-        "stable": found.stable,
+        "stable": point.stable,
         "hoop_slack": hoop_slack,
         "meridional_slack": slack,
         "overhangs": overhang,

@@ -218,10 +218,10 @@ def flat(film: Film, squared: float) -> Point | None:
     By symmetry it is an equilibrium even where no tension keeps it flat; ``stable`` states whether one does.
     """
     start = newton(film, np.zeros(film.size), 0.0)
-    found = start if start is None or squared == 0.0 else reach(film, start, "squared", squared)[0]
-    if found is None:
+    point = start if start is None or squared == 0.0 else reach(film, start, "squared", squared)[0]
+    if point is None:
         return None
-    return found._replace(stable=_positive(tangent(film, found.position, squared)[:, FREE]))
+    return point._replace(stable=_positive(tangent(film, point.position, squared)[:, FREE]))
 
 
 def cone(film: Film, height: float, below: Point | None = None) -> Array:
@@ -236,19 +236,19 @@ def reach(film: Film, start: Point, load: Load, target: float) -> tuple[Point | 
 
     The path ends where a film that starts stable and in tension would lose either.
     """
-    point, begin = start, getattr(start, load)
-    pace = target - begin
+    point, start_load = start, getattr(start, load)
+    pace = target - start_load
     while getattr(point, load) != target:
         remaining = target - getattr(point, load)
         whole = abs(pace) >= abs(remaining)
         pace = remaining if whole else pace
-        found = step(film, point, load, target if whole else getattr(point, load) + pace)
-        if found is None:
+        next_point = step(film, point, load, target if whole else getattr(point, load) + pace)
+        if next_point is None:
             pace *= 0.5
-            if abs(pace) < SMALLEST_STEP[load] * abs(target - begin):
+            if abs(pace) < SMALLEST_STEP[load] * abs(target - start_load):
                 return None, point
         else:
-            point, pace = found, 2.0 * pace
+            point, pace = next_point, 2.0 * pace
     return point, point
 
 
@@ -262,11 +262,11 @@ def step(film: Film, point: Point, load: Load, target: float) -> Point | None:
     if not length <= LONGEST_STEP:
         return None
     within = LARGEST_CORRECTION * length + 1e-9
-    found = newton(film, guess, target if load == "squared" else point.squared, within)
-    if found is None or (slackens(found) and not slackens(point)):
+    next_point = newton(film, guess, target if load == "squared" else point.squared, within)
+    if next_point is None or (slackens(next_point) and not slackens(point)):
         return None
     # by symmetry a flat film stays flat through any loss of stability
-    return found if found.stable == point.stable or found.height == 0.0 else None
+    return next_point if next_point.stable == point.stable or next_point.height == 0.0 else None
 
 
 def slackens(point: Point) -> bool:

@@ -118,9 +118,9 @@ def with_units(function: Callable[..., Any]) -> str:
     for entry in re.split(r"\n(?=\S)", entries):
         names = entry.partition(" : ")[0].split(", ")
         units = {MEASURES[q].unit for name in names if (q := annotation_of(function, name)[1])}
-        own = [OF_DEVICES[name] for name in names if name in OF_DEVICES and "device" not in entry]
-        own += [f"With a device in {unit}, or texts with units." for unit in sorted(units)]
-        documented.append("\n    ".join([entry, *own]))
+        remarks = [OF_DEVICES[name] for name in names if name in OF_DEVICES and "device" not in entry]
+        remarks += [f"With a device in {unit}, or texts with units." for unit in sorted(units)]
+        documented.append("\n    ".join([entry, *remarks]))
     return before + heading + "\n".join(documented) + gap + after
 
 
@@ -235,8 +235,8 @@ def at_rest(device: Device, state: Any) -> str:
     """The reason why the disc stays at rest in a state, with the remedy; empty if it moves."""
     if np.any(state):
         moves = np.any(np.asarray(device.voltage_amplitude) > 0.0) or np.any(device.voltage_offset)
-        own = device.release_height is None and not np.any(device.release_velocity)
-        if moves or not own:
+        starts_at_rest = device.release_height is None and not np.any(device.release_velocity)
+        if moves or not starts_at_rest:
             return ""
         return "without a voltage the disc stays at its rest; set voltage_amplitude, voltage_offset or release_height"
     if not np.all(device.to_model().members().symmetric):

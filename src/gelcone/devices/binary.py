@@ -35,19 +35,19 @@ def read_vectors(path: Path, file: str, remedy: str) -> dict[str, tuple[Array, s
     """
     data = read_data(path, remedy)
     try:
-        found = vectors_of(data) if SIGNATURE in data[:2056] else gathered(_matlab(data))
+        vectors = vectors_of(data) if SIGNATURE in data[:2056] else gathered(_matlab(data))
     except InputError as error:
         raise InputError(f"{file}: {error}") from None
     except (ValueError, IndexError, struct.error, zlib.error):
         raise InputError(f"{file}: is damaged, or no MATLAB or HDF5 file; export it again, or as CSV") from None
-    if not found:
+    if not vectors:
         raise InputError(f"{file}: has no vectors of numbers; store each column as a vector")
-    lengths = {name: vector.values.size for name, vector in found.items()}
+    lengths = {name: vector.values.size for name, vector in vectors.items()}
     if len(set(lengths.values())) > 1:
         shown = ", ".join(f"{name} {size}" for name, size in list(lengths.items())[:4])
         raise InputError(f"{file}: its vectors have several lengths ({shown}); store one test in a file")
-    columns = dict(_unit_of(name, *vector) for name, vector in found.items())
-    if len(columns) < len(found):
+    columns = dict(_unit_of(name, *vector) for name, vector in vectors.items())
+    if len(columns) < len(vectors):
         raise InputError(f"{file}: has two columns of one name with different units; leave one out or rename it")
     return columns
 

@@ -74,8 +74,8 @@ def initial_state(device: DeviceFields) -> Any:
 
 def breakdown_field(device: DeviceFields) -> Any:
     """Dielectric strength over the scale of the field; None if it is unknown."""
-    own = device.dielectric_strength
-    strength = device.material.dielectric_strength if own is None else own
+    device_strength = device.dielectric_strength
+    strength = device.material.dielectric_strength if device_strength is None else device_strength
     return None if strength is None else strength / device.scales.field
 
 
@@ -123,12 +123,12 @@ def _model(device: DeviceFields, damping_ratio: Any = 0.0, *, cone: bool = False
 
 def following(device: DeviceFields, get: Callable[[str], Any], scales: Scales) -> dict[str, Any]:
     """Weight and filter time, which follow from several fields of a device, of numbers or expressions."""
-    found: dict[str, Any] = {}
+    numbers: dict[str, Any] = {}
     if device.gravity is not None:
-        found["weight"] = carried_mass(get) * get("gravity") / scales.force
+        numbers["weight"] = carried_mass(get) * get("gravity") / scales.force
     if device.filter_frequency is not None:
-        found["filter_time"] = scales.frequency / get("filter_frequency")
-    return found
+        numbers["filter_time"] = scales.frequency / get("filter_frequency")
+    return numbers
 
 
 def _loads(device: DeviceFields) -> dict[str, Any]:

@@ -110,8 +110,8 @@ class Device(DeviceFields):
             given = values.get(name)
             if given is None:
                 continue
-            parts[name], own = read_part(name, given)
-            numbers |= {f"{name}.{key}": value for key, value in own.items()}
+            parts[name], part_numbers = read_part(name, given)
+            numbers |= {f"{name}.{key}": value for key, value in part_numbers.items()}
             brought |= {f"{name}.{key}": field for key, field in own_fields(name, parts[name]).items()}
         self.__dict__["fields"] = {**type(self).fields, **brought}
         return numbers | dict(values) | parts
@@ -139,9 +139,9 @@ class Device(DeviceFields):
         if name in PARTS:
             return value
         value = super().read(name, value)
-        for own, kind, known in CHOICES:
-            if name == own and value not in known:
-                raise FieldError(name, f"{name}: {unknown_name(kind, value, known)}")
+        for field_name, kind, choices in CHOICES:
+            if name == field_name and value not in choices:
+                raise FieldError(name, f"{name}: {unknown_name(kind, value, choices)}")
         return value
 
     def plain(self, name: str, value: Any) -> Any:
@@ -183,8 +183,8 @@ class Device(DeviceFields):
         """
         changed = {**(changes or {}), **more}
         values = {name: value for name, value in self if value is not None}
-        for own, others in EXCLUDING:
-            if any(changed.get(name) is not None for name in own):
+        for excluding, others in EXCLUDING:
+            if any(changed.get(name) is not None for name in excluding):
                 values = {name: value for name, value in values.items() if name not in others}
         for part in PARTS:
             if part in changed:

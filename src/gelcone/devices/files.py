@@ -37,8 +37,8 @@ def shipped_devices() -> dict[str, Path]:
 def what_ships(name: str = "") -> str:
     """The remedy for a device file that cannot be read: shipped devices of similar names, or all of them."""
     shipped = list(shipped_devices())
-    part = [own for own in shipped if name and name in own]
-    near = part or difflib.get_close_matches(name, shipped, n=1, cutoff=0.7)
+    containing = [shipped_name for shipped_name in shipped if name and name in shipped_name]
+    near = containing or difflib.get_close_matches(name, shipped, n=1, cutoff=0.7)
     if near:
         return f"did you mean {' or '.join(map(repr, near))}, which ships?"
     return f"give a TOML file or a name; devices that ship: {', '.join(shipped) or 'none'}"

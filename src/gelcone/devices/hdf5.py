@@ -62,13 +62,13 @@ def vectors_of(data: bytes) -> dict[str, Vector]:
 
 def gathered(vectors: Iterable[tuple[str, Vector | None]]) -> dict[str, Vector]:
     """Gather the vectors of a file by name, without other data; `InputError` once they are too many."""
-    found: dict[str, Vector] = {}
+    by_name: dict[str, Vector] = {}
     for name, vector in vectors:
         if vector is not None:
-            found[name] = vector
-        if len(found) > MOST_NAMES or sum(own.values.size for own in found.values()) > MOST_VALUES:
+            by_name[name] = vector
+        if len(by_name) > MOST_NAMES or sum(entry.values.size for entry in by_name.values()) > MOST_VALUES:
             raise too_many()
-    return found
+    return by_name
 
 
 def too_many() -> InputError:
@@ -154,9 +154,9 @@ class File:
         lowest = self.number(node + 5, 1) == 0
         for k in range(self.number(node + 6, 2)):
             at = node + 24 + k * (key + 8)
-            own, child = self.read(at, key), self.number(at + key, 8)
+            leaf_key, child = self.read(at, key), self.number(at + key, 8)
             if lowest:
-                yield own, child
+                yield leaf_key, child
             else:
                 yield from self._leaves(child, kind, key, depth + 1)
 
@@ -285,13 +285,13 @@ class File:
         if rank != len(shape) + 1 or min(sides) < 1 or max(sides[:-1]) > MOST_VALUES:
             raise ValueError("chunks of another shape")
         filters = _filters(name, parts.get(FILTERS, b""))
-        found, along = bytearray(_fill(parts, width) * max(shape)), int(np.argmax(shape))
+        content, along = bytearray(_fill(parts, width) * max(shape)), int(np.argmax(shape))
         whole = width * int(np.prod(np.array(sides[:-1], dtype=object)))
         if whole > width * MOST_VALUES:
             raise too_many()
         if tree != UNDEFINED:
             for key, at in self._leaves(tree, 1, 8 + 8 * rank):
-                begin = int.from_bytes(key[8 + 8 * along : 16 + 8 * along], "little")
+                first = int.from_bytes(key[8 + 8 * along : 16 + 8 * along], "little")
                 packed = self.read(at, int.from_bytes(key[:4], "little"))
                 skipped = int.from_bytes(key[4:8], "little")
                 self.unpacked += whole
@@ -301,9 +301,9 @@ class File:
                 # of a vector one side of a chunk lies along it, and the others begin with its only row
                 values = np.frombuffer(chunk, f"V{width}").reshape(sides[:-1])
                 row = values[tuple(slice(None) if k == along else 0 for k in range(len(shape)))]
-                last = min(begin + len(row), max(shape))
-                found[begin * width : last * width] = row[: max(last - begin, 0)].tobytes()
-        return bytes(found)
+                last = min(first + len(row), max(shape))
+                content[first * width : last * width] = row[: max(last - first, 0)].tobytes()
+        return bytes(content)
 
 
 def _link(name: str) -> InputError:
@@ -371,7 +371,7 @@ def _filters(name: str, body: bytes) -> list[int]:
     if not body:
         return []
     version, count = body[0], body[1]
-    at, found = 8 if version == 1 else 2, []
+    at, filters = 8 if version == 1 else 2, []
     for _ in range(count):
         kind = int.from_bytes(body[at : at + 2], "little")
         named = version == 1 or kind >= 256
@@ -379,10 +379,10 @@ def _filters(name: str, body: bytes) -> list[int]:
         values = int.from_bytes(body[at + 4 + 2 * named : at + 6 + 2 * named], "little")
         if kind not in (DEFLATE, SHUFFLE, CHECKSUM):
             raise InputError(f"{name!r} is packed by filter {kind}, which is not read; store it with gzip or unpacked")
-        found.append(kind)
+        filters.append(kind)
         at += 6 + 2 * named + (-(-length // 8) * 8 if version == 1 else length) + 4 * values
         at += 4 * (version == 1 and values % 2)
-    return found
+    return filters
 
 
 def _unpacked(packed: bytes, filters: list[int], skipped: int, width: int, whole: int) -> bytes:

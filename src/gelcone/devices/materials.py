@@ -152,20 +152,20 @@ class Material(Record):
         return super().read(name, value)
 
     def misfits(self) -> Iterator[FieldError]:
-        own = self.__dict__
-        own["sources"] = dict(own["sources"])
-        if own["young_modulus"] is not None:
-            if own["shear_modulus"] is not None:
+        values = self.__dict__
+        values["sources"] = dict(values["sources"])
+        if values["young_modulus"] is not None:
+            if values["shear_modulus"] is not None:
                 yield FieldError("young_modulus", "young_modulus and shear_modulus are both given; give one (mu = E/3)")
-            own["shear_modulus"], own["young_modulus"] = own["young_modulus"] / 3.0, None
-        if own["shear_modulus"] is None:
+            values["shear_modulus"], values["young_modulus"] = values["young_modulus"] / 3.0, None
+        if values["shear_modulus"] is None:
             yield FieldError(
                 "shear_modulus",
                 "shear_modulus: is missing; give the shear modulus in Pa (or young_modulus, three times as much)",
             )
         yield from self._branch_misfits()
         for name, other in (("dielectric_share", "dielectric_time"), ("dielectric_time", "dielectric_share")):
-            if own[name] is not None and own[other] is None:
+            if values[name] is not None and values[other] is None:
                 yield FieldError(name, f"{name}: there is no {other}; give it, or leave it out")
         if self.resistivity is None and self.resistivity_field is not None:
             yield FieldError(
@@ -173,7 +173,7 @@ class Material(Record):
             )
         law = self.strain_energy_law
         for name in sorted(_LAW_FIELDS.keys() - law.parameters.keys()):
-            if own[name] is not None:
+            if values[name] is not None:
                 takes = ", ".join(law.parameters) or "no parameters"
                 yield FieldError(name, f"{name}: the {law.name} law does not take it; it takes {takes}")
         for name in RANGED:
@@ -188,9 +188,9 @@ class Material(Record):
 
     def _branch_misfits(self) -> Iterator[FieldError]:
         for k in range(1, MOST_BRANCHES + 1):
-            own = [f"viscous_modulus_{k}", f"relaxation_time_{k}", f"viscous_stretch_limit_{k}"]
-            given = [name for name in own if getattr(self, name) is not None]
-            missing = [name for name in own[:2] if name not in given]
+            branch_fields = [f"viscous_modulus_{k}", f"relaxation_time_{k}", f"viscous_stretch_limit_{k}"]
+            given = [name for name in branch_fields if getattr(self, name) is not None]
+            missing = [name for name in branch_fields[:2] if name not in given]
             if given and missing:
                 yield FieldError(missing[0], f"{missing[0]}: is missing; {given[0]} is given, so give it too")
             elif given and k > 1 and getattr(self, f"viscous_modulus_{k - 1}") is None:
@@ -266,9 +266,9 @@ _BRANCH_FIELDS = {
 }  # fmt: skip
 _AFTER = {"law": _LAW_FIELDS, "dielectric_strength": _BRANCH_FIELDS}
 Material.fields = {
-    own: field
+    field_name: field
     for name, declared in Material.fields.items()
-    for own, field in ({name: declared} | _AFTER.get(name, {})).items()
+    for field_name, field in ({name: declared} | _AFTER.get(name, {})).items()
 }
 Material.sign()
 

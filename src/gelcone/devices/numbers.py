@@ -48,14 +48,14 @@ def numbers_of(device: DeviceFields) -> dict[str, Number]:
     Damping, weight and dielectric strength, which follow from several fields, are not included.
     """
     law = device.material.strain_energy_law.parameters
-    found = {**SHIPPED, **{name: Number(GEL + name, quantity.scale) for name, quantity in law.items()}}
+    numbers = {**SHIPPED, **{name: Number(GEL + name, quantity.scale) for name, quantity in law.items()}}
     for k in range(1, device.material.branches + 1):
-        found[f"viscous_modulus_{k}"] = Number(f"{GEL}viscous_modulus_{k}", "stress")
-        found[f"relaxation_time_{k}"] = Number(f"{GEL}relaxation_time_{k}", "time")
-        found[f"viscous_limit_{k}"] = Number(f"{GEL}viscous_stretch_limit_{k}", "1")
+        numbers[f"viscous_modulus_{k}"] = Number(f"{GEL}viscous_modulus_{k}", "stress")
+        numbers[f"relaxation_time_{k}"] = Number(f"{GEL}relaxation_time_{k}", "time")
+        numbers[f"viscous_limit_{k}"] = Number(f"{GEL}viscous_stretch_limit_{k}", "1")
     for part in PARTS:
         value = getattr(device, part)
         if isinstance(value, Component) or part == "waveform":
-            own, parameters = own_fields(part, value), component_of(part, value).parameters
-            found |= {name: Number(f"{part}.{name}", parameters[name].scale) for name in own}
-    return found
+            part_fields, parameters = own_fields(part, value), component_of(part, value).parameters
+            numbers |= {name: Number(f"{part}.{name}", parameters[name].scale) for name in part_fields}
+    return numbers

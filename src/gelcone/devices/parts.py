@@ -36,37 +36,37 @@ def read_part(name: str, given: Any) -> tuple[Any, dict[str, Any]]:
 
     Raises `FieldError` for anything but a component of that kind, and for data that no file can hold.
     """
-    tables = [one for one in (given if isinstance(given, list) else [given]) if isinstance(one, Mapping)]
-    if name == "film" and (taken := [key for one in tables for key in one if key in ("law", "prestretch_mode")]):
+    tables = [entry for entry in (given if isinstance(given, list) else [given]) if isinstance(entry, Mapping)]
+    if name == "film" and (taken := [key for entry in tables for key in entry if key in ("law", "prestretch_mode")]):
         raise FieldError("film", f"film: {taken[0]} is a field of the material or of the device; leave it out here")
     try:
-        found: Component = _own_bias(given) if name == "bias" else find_part(name, given)
+        component: Component = _own_bias(given) if name == "bias" else find_part(name, given)
     except FieldError:
         raise
     except InputError as error:
         raise FieldError(name, f"{name}: {error}") from None
-    members: list[Any] = [*found.parts] if isinstance(found, Together) else [found]
+    members: list[Any] = [*component.parts] if isinstance(component, Together) else [component]
     data = {field.name for part in members if dataclasses.is_dataclass(part) for field in dataclasses.fields(part)}
     numbers = {str(key): value for table in tables for key, value in table.items() if key not in {"component", *data}}
     shipped = COMPONENTS[name][1]
-    if found == shipped.get(found.name):
-        return found.name, numbers
+    if component == shipped.get(component.name):
+        return component.name, numbers
     if isinstance(given, str) and given in shipped:
         return given, numbers
-    _check_data(name, found)
-    return found, numbers
+    _check_data(name, component)
+    return component, numbers
 
 
 def _own_bias(given: Any) -> Bias:
     """Read a user-defined bias, which acts in addition to spring, beam, weight and force."""
     remedy = "spring, beam, weight and force have fields of their own, and a constant voltage is voltage_offset"
-    if isinstance(given, str) and not all(_OF_ITS_OWN.fullmatch(one.strip()) for one in given.split("+")):
+    if isinstance(given, str) and not all(_OF_ITS_OWN.fullmatch(part.strip()) for part in given.split("+")):
         raise FieldError("bias", f'bias = {given!r}: must be a component of one\'s own, "module:Class"; {remedy}')
-    found = given if isinstance(given, Bias) else find_bias(given)
-    taken = [name for name in found.parameters if name in PARAMETERS]
+    bias = given if isinstance(given, Bias) else find_bias(given)
+    taken = [name for name in bias.parameters if name in PARAMETERS]
     if taken:
         raise FieldError("bias", f"bias: has the parameter {taken[0]}, which is one that ships; {remedy}")
-    return found
+    return bias
 
 
 def _check_data(name: str, component: Component) -> None:
@@ -89,7 +89,7 @@ def part_record(name: str, value: Any) -> Any:
         return value
     record = bias_record(value) if isinstance(value, Bias) else to_record(value, COMPONENTS[name][1])
     if name == "film" and isinstance(record, dict):  # the law is the material's, and the mode the device's
-        record = {key: own for key, own in record.items() if key not in ("law", "prestretch_mode")}
+        record = {key: datum for key, datum in record.items() if key not in ("law", "prestretch_mode")}
     return record
 
 
@@ -103,7 +103,7 @@ def own_fields(name: str, value: Any) -> dict[str, Field]:
     shared = {"law": set(), "circuit": set(), "waveform": VOLTAGE.keys()}  # what the device has fields for
     others = set(shared.get(name, PARAMETERS.keys()))
     others = others | (law.parameters.keys() if isinstance(law, StrainEnergyLaw) else set())
-    return {own: field_of(own, quantity) for own, quantity in value.parameters.items() if own not in others}
+    return {number: field_of(number, quantity) for number, quantity in value.parameters.items() if number not in others}
 
 
 def field_of(name: str, quantity: Quantity) -> Field:

@@ -65,15 +65,15 @@ def read_state(initial: Sequence[Any], device: Device | None = None) -> tuple[fl
     of a ``device``, in SI."""
     states = () if device is None or np.shape(initial) == (2,) else own_states(device)
     if isinstance(initial, str) or np.shape(initial) not in ((2,), (2 + len(states),)):
-        more = (
+        longer_form = (
             f", or all of them: {', '.join(['displacement', 'velocity', *(s.name for s in states)])}" if states else ""
         )
         raise InputError(
-            f"initial = {initial!r}: must be a displacement and a velocity, such as ('5 mm', '0 m/s'){more}"
+            f"initial = {initial!r}: must be a displacement and a velocity, such as ('5 mm', '0 m/s'){longer_form}"
         )
     x, u, *others = initial
-    own = [parse(f"initial {s.name}", value, unit_of(s)) for s, value in zip(states, others, strict=False)]
-    return parse("initial displacement", x, "m"), parse("initial velocity", u, "m/s"), *own
+    other_states = [parse(f"initial {s.name}", value, unit_of(s)) for s, value in zip(states, others, strict=False)]
+    return parse("initial displacement", x, "m"), parse("initial velocity", u, "m/s"), *other_states
 
 
 def own_states(device: Device) -> tuple[State, ...]:
@@ -118,8 +118,8 @@ def device_at(
     if not model.shape:
         model = model.replace(damping_ratio=np.full(count, model.damping_ratio))
     needed = initial is None and not set(STATE_FIELDS) <= set(values)
-    own = points.initial_state() if needed else (0.0, 0.0)
-    states = np.broadcast_to(own, (count, 2)).copy()
+    default_state = points.initial_state() if needed else (0.0, 0.0)
+    states = np.broadcast_to(default_state, (count, 2)).copy()
     for column, (name, quantity) in enumerate(STATES.items()):
         if name in values or initial is not None:
             state = values[name] if name in values else initial[column]  # type: ignore[index]

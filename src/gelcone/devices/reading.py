@@ -87,10 +87,10 @@ class Table:
         spelt: dict[str, list[str]] = {}
         for name in self.columns:
             spelt.setdefault(spelt_plainly(name), []).append(name)
-        found = next((spelt[name] for name in names if name in spelt), [None])
-        if len(found) > 1:
-            raise InputError(f"{self.header}: columns {found[0]!r} and {found[1]!r} are spelt alike; rename one")
-        return found[0]
+        alike = next((spelt[name] for name in names if name in spelt), [None])
+        if len(alike) > 1:
+            raise InputError(f"{self.header}: columns {alike[0]!r} and {alike[1]!r} are spelt alike; rename one")
+        return alike[0]
 
     def without_unit(self, name: str, unit: str) -> str:
         """The beginning of the message about a column without a unit."""
@@ -112,31 +112,31 @@ class Table:
     def size_of(self, name: str, unit: str, si: str) -> float:
         """The size of the ``unit`` of a column in the SI unit ``si``; `InputError` for a unit of another quantity."""
         dimension = DIMENSIONS[si]
-        sizes = {**{own: 10.0**power for own, power in dimension.powers.items()}, **dimension.factors}
-        own = plain_unit(unit)
-        if own not in sizes:
-            known = ", ".join(one for one in sizes if one.isascii())
-            remedy = f"write one of {known}" if known else "leave it out"
+        sizes = {**{unit_name: 10.0**power for unit_name, power in dimension.powers.items()}, **dimension.factors}
+        unit_name = plain_unit(unit)
+        if unit_name not in sizes:
+            listed = ", ".join(symbol for symbol in sizes if symbol.isascii())
+            remedy = f"write one of {listed}" if listed else "leave it out"
             raise InputError(f"{self.header}: column {name!r}: {unit!r} is not a unit of {dimension.name}; {remedy}")
-        return sizes[own]
+        return sizes[unit_name]
 
     def unit_of(self, name: str, stated: str | None) -> str | None:
         """The unit of a column, of its heading or ``stated`` in a list; `InputError` where these are two."""
-        own = self.columns[name].unit
-        if stated and own and _ascii(stated) != _ascii(own):
+        unit = self.columns[name].unit
+        if stated and unit and _ascii(stated) != _ascii(unit):
             raise InputError(
-                f"{self.file}: column {name!r} is in {own} by its heading and in {stated} by the list; leave the unit "
+                f"{self.file}: column {name!r} is in {unit} by its heading and in {stated} by the list; leave the unit "
                 "out of the list, or correct the heading"
             )
-        return stated or own
+        return stated or unit
 
     def named(self, text: str, where: str) -> tuple[str, str | None]:
         """The column that a list names, as in ``"F, mN"``, and the unit stated there, None for none; `InputError`,
         which begins with ``where``, unless there is such a column."""
         before, comma, after = text.rpartition(",")
-        own, stated = (before.strip(), after.strip()) if comma else (text.strip(), None)
-        check_name("column", own, self.columns, where=where)
-        return own, stated
+        column, stated = (before.strip(), after.strip()) if comma else (text.strip(), None)
+        check_name("column", column, self.columns, where=where)
+        return column, stated
 
     def warn(self) -> None:
         """State the notes in a warning, for what has no place for them in its answer."""
@@ -302,9 +302,9 @@ def _check_names(header: str, cells: Sequence[str]) -> None:
 
 def _name_and_unit(cell: str) -> tuple[str, str | None]:
     """Split ``stress (kPa)``, ``stress [kPa]``, ``stress / kPa`` or ``stress/kPa`` into name and unit."""
-    found = re.fullmatch(r"(.*?)\s*/?\s*[\(\[]([^\(\)\[\]]*)[\)\]]", cell) or re.fullmatch(r"(.+?)\s+/\s*(\S+)", cell)
-    if found:
-        return found[1].strip(), found[2].strip()
+    match = re.fullmatch(r"(.*?)\s*/?\s*[\(\[]([^\(\)\[\]]*)[\)\]]", cell) or re.fullmatch(r"(.+?)\s+/\s*(\S+)", cell)
+    if match:
+        return match[1].strip(), match[2].strip()
     slashes = [] if cell in _NAMES else [k for k, letter in enumerate(cell) if letter == "/"]
     unit = next((k for k in slashes if cell[k + 1 :] in _SLASHED), None)
     return (cell, None) if unit is None else (cell[:unit], cell[unit + 1 :])
@@ -313,8 +313,8 @@ def _name_and_unit(cell: str) -> tuple[str, str | None]:
 def _second_row(row: list[str], units: list[str | None]) -> list[str | None]:
     """The units of the header, completed by a row below it."""
     padded = [*row, *[""] * len(units)]
-    own = [_short(cell.strip("()[] ")) for cell in padded]
-    return [unit if unit is not None or not cell else cell for unit, cell in zip(units, own, strict=False)]
+    row_units = [_short(cell.strip("()[] ")) for cell in padded]
+    return [unit if unit is not None or not cell else cell for unit, cell in zip(units, row_units, strict=False)]
 
 
 def _number_like(cell: str) -> bool:
@@ -323,7 +323,7 @@ def _number_like(cell: str) -> bool:
 
 def _even(file: str, lines: list[int], rows: list[list[str]], count: int, notes: list[str]) -> list[list[str]]:
     """Check that rows have ``count`` cells each; `InputError` for one with more or fewer."""
-    found = []
+    whole_rows = []
     for line, row in zip(lines, rows, strict=True):
         while len(row) > count and not row[-1]:
             row = row[:-1]
@@ -342,10 +342,10 @@ def _even(file: str, lines: list[int], rows: list[list[str]], count: int, notes:
                 raise InputError(f"{file}, line {line}: has {len(row)} cells for {count} columns; complete it")
             notes.append(f"line {line}, the last, is cut off ({len(row)} cells of {count}) and left out")
             continue
-        found.append(row)
-    if not found:
+        whole_rows.append(row)
+    if not whole_rows:
         raise InputError(f"{file}: has no whole row; {REMEDY}")
-    return found
+    return whole_rows
 
 
 def _column(

@@ -129,8 +129,8 @@ class Record:
     __signature__: ClassVar[inspect.Signature]
 
     def __init_subclass__(cls) -> None:
-        own = {name: value for name, value in vars(cls).items() if isinstance(value, Field)}
-        cls.fields = {**cls.fields, **own}
+        declared_fields = {name: value for name, value in vars(cls).items() if isinstance(value, Field)}
+        cls.fields = {**cls.fields, **declared_fields}
         cls.sign()
 
     @classmethod
@@ -208,7 +208,9 @@ def unknown_field(kind: str, name: str, fields: Mapping[str, Field]) -> FieldErr
     """Make the error for a name that is not one of ``fields``, with those that were probably meant, that contain it, or
     where they are listed."""
     meant = meant_fields(name, fields)
-    within = [own for own in fields if plain_name(name) in own] if len(name) >= SHORTEST_PART else []
+    within = (
+        [field_name for field_name in fields if plain_name(name) in field_name] if len(name) >= SHORTEST_PART else []
+    )
     if meant:
         names = " or ".join([", ".join(map(repr, meant[:-1])), repr(meant[-1])] if meant[1:] else [repr(meant[0])])
         remedy = f"did you mean {names}?"
@@ -225,10 +227,16 @@ def meant_fields(name: str, fields: Mapping[str, Field]) -> list[str]:
     """The fields that an unknown name probably means: those that list it or whose dotted name ends in it, else the one
     with the most similar name."""
     typed = plain_name(name)
-    listed = [own for own, field in fields.items() if typed in (own, own.rpartition(".")[2]) or typed in field.near]
+    listed = [
+        field_name
+        for field_name, field in fields.items()
+        if typed in (field_name, field_name.rpartition(".")[2]) or typed in field.near
+    ]
     if listed:
         return listed
-    spelt = {own: own for own in fields} | {other: own for own, field in fields.items() for other in field.near}
+    spelt = {field_name: field_name for field_name in fields} | {
+        other: field_name for field_name, field in fields.items() for other in field.near
+    }
     near = difflib.get_close_matches(typed, spelt, n=1, cutoff=0.6)
     return [spelt[near[0]]] if near else []
 

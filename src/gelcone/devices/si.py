@@ -91,11 +91,11 @@ def _without_units(result: xr.Dataset, device: Device | None) -> xr.Dataset:
 
 def _points(result: xr.Dataset) -> dict[str, xr.DataArray]:
     """Field of the device -> coordinate over it, also of drawn fields; without components of the initial state."""
-    found = {
+    coordinates = {
         str(n).removeprefix(DRAWN): c for n, c in result.coords.items() if c.attrs.get("quantity") == "device field"
     }
     points: dict[str, xr.DataArray] = {}
-    for name, coordinate in found.items():
+    for name, coordinate in coordinates.items():
         if name not in STATE_FIELDS:
             points |= _of_gels(coordinate) if name == GELS else {name: coordinate}
     return points
@@ -153,19 +153,19 @@ def to_si(result: xr.Dataset, device: Device | None = None) -> xr.Dataset:
         raise InputError("to_si: the result does not say of which device it is; give the device too")
     result = _with_member_fields(result, device)
     with np.errstate(invalid="ignore", divide="ignore"):  # cells that make no actuator have no scales
-        everywhere, found = Scales.of(_getter(result, device)), {}
+        everywhere, arrays = Scales.of(_getter(result, device)), {}
     for name, variable in result.variables.items():
         own_fields = variable.attrs.get("along")
         scales = Scales.of(_getter(result, device, str(own_fields))) if own_fields else everywhere
         quantity, units = str(variable.attrs.get("quantity")), str(variable.attrs.get("units"))
-        own = _converted(result, str(name), quantity, units, scales, device)
-        if own is not None:
-            found[str(name)] = own
-    data = {name: (own.dims, own.values, own.attrs) for name, own in found.items() if name in result.data_vars}
+        array = _converted(result, str(name), quantity, units, scales, device)
+        if array is not None:
+            arrays[str(name)] = array
+    data = {name: (array.dims, array.values, array.attrs) for name, array in arrays.items() if name in result.data_vars}
     converted = result.assign(data)
     # axes last: one whose values then differ between members gets another name in all variables along it
-    for name in [name for name in result.coords if name in found]:
-        converted = _put(converted, str(name), found[str(name)])
+    for name in [name for name in result.coords if name in arrays]:
+        converted = _put(converted, str(name), arrays[str(name)])
     return converted.assign_attrs(device_attributes(device))
 
 
@@ -323,8 +323,10 @@ def _with_member_fields(result: xr.Dataset, device: Device) -> xr.Dataset:
 def _getter(result: xr.Dataset, device: Device, along: str = "") -> Callable[[str], Any]:
     """A function that returns a field of the device for every value of a result: a number, or an array over the swept
     fields. ``along`` names variables that replace fields, as ``field=variable,...``."""
-    found = {name: result[own] for name, _, own in (one.partition("=") for one in along.split(",") if one)}
-    points = {name: in_field_units(coordinate) for name, coordinate in (_points(result) | found).items()}
+    replacements = {
+        name: result[variable] for name, _, variable in (pair.partition("=") for pair in along.split(",") if pair)
+    }
+    points = {name: in_field_units(coordinate) for name, coordinate in (_points(result) | replacements).items()}
     points = {name: coordinate.reset_coords(drop=True) for name, coordinate in points.items()}
     if "material.young_modulus" in points:
         points["material.shear_modulus"] = points["material.young_modulus"] / 3.0

@@ -57,8 +57,8 @@ def _set_lines(record: Record, comments: Mapping[str, str] | None = None) -> Ite
             value = _table(record, name, record.plain(name, value))
         elif not field.required and not field.unit and value == field.default:
             continue
-        elif name == "shear_modulus" and name not in explained and (own := _young_modulus(value)):
-            name, value = "young_modulus", own
+        elif name == "shear_modulus" and name not in explained and (modulus := _young_modulus(value)):
+            name, value = "young_modulus", modulus
             field = record.fields[name]
         yield _line(name, value, explained.get(name, field.meaning), field.unit)
 
@@ -74,12 +74,13 @@ def _young_modulus(shear_modulus: Any) -> float | None:
 def _table(record: Record, name: str, plain: Any) -> Any:
     """The table of a component in a device file: its class, its data, and its numbers with units."""
     numbers = {
-        own.partition(".")[2]: _Text(_value(value, record.fields[own].unit))
-        for own, value in record
-        if own.startswith(f"{name}.") and value is not None
+        field_name.partition(".")[2]: _Text(_value(value, record.fields[field_name].unit))
+        for field_name, value in record
+        if field_name.startswith(f"{name}.") and value is not None
     }
     tables = [
-        one if isinstance(one, Mapping) else {"component": one} for one in ([plain], plain)[isinstance(plain, list)]
+        entry if isinstance(entry, Mapping) else {"component": entry}
+        for entry in ([plain], plain)[isinstance(plain, list)]
     ]
     tables[0] = {**tables[0], **numbers}
     return tables if isinstance(plain, list) else tables[0]
@@ -103,12 +104,12 @@ def first_file(name: str, device: Record, gel: Material) -> str:
         "",
         "# [material]",
     ]
-    own = {"name": "my gel", "stretch_limit": 50.0, "dielectric_strength": 2e7}
+    gel_values = {"name": "my gel", "stretch_limit": 50.0, "dielectric_strength": 2e7}
     for field_name, modulus in (("shear_modulus", gel.shear_modulus), ("young_modulus", 3.0 * gel.shear_modulus)):
-        own[field_name] = float(f"{modulus:.4g}")  # as one would write it: one is a third of the other
+        gel_values[field_name] = float(f"{modulus:.4g}")  # as one would write it: one is a third of the other
     for field_name, field in Material.fields.items():
         if field.unit or field_name in ("name", "law", "flow"):
-            value = own.get(field_name, getattr(gel, field_name))
+            value = gel_values.get(field_name, getattr(gel, field_name))
             lines += _explained(field_name, value, field, out=True)
     return "\n".join(lines).rstrip() + "\n"
 
@@ -154,7 +155,7 @@ def _value(value: Any, unit: str) -> str:
     if isinstance(value, _Text):
         return value
     if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{name} = {_value(own, '')}" for name, own in value.items()) + "}"
+        return "{" + ", ".join(f"{name} = {_value(entry, '')}" for name, entry in value.items()) + "}"
     if isinstance(value, bool | int):
         return json.dumps(value)
     if isinstance(value, np.ndarray | list | tuple):
@@ -191,9 +192,9 @@ def field_table(fields: Mapping[str, Field]) -> str:
 
 def field_help(fields: Mapping[str, Field], name: str) -> str | None:
     """The lines of `field_table` about one field of a device or of its material; None for an unknown name."""
-    own = {**fields, **{f"material.{one}": field for one, field in Material.fields.items()}}
-    found = name if name in own else f"material.{name}"
-    return "\n".join(line[2:] for line in _rows(found, own[found])) if found in own else None
+    all_fields = {**fields, **{f"material.{gel_field}": field for gel_field, field in Material.fields.items()}}
+    full_name = name if name in all_fields else f"material.{name}"
+    return "\n".join(line[2:] for line in _rows(full_name, all_fields[full_name])) if full_name in all_fields else None
 
 
 def _rows(name: str, field: Field) -> list[str]:
@@ -205,21 +206,21 @@ def _rows(name: str, field: Field) -> list[str]:
 def fields_in_words(device: Record, swept: Collection[str] = ()) -> list[str]:
     """Texts ``name value unit`` of all fields of a device that are set, not swept and not defaults: numbers, texts,
     components and the gel. A film that ships is left out."""
-    found = []
+    texts = []
     for name, value in device:
         field = device.fields.get(name)
         if field is None or name in swept or value is None or np.ndim(value):
             continue
         if field.unit and not (value == 0.0 and field.default == 0.0):
-            found.append(f"{name} {format_si(value, field.unit)}")
+            texts.append(f"{name} {format_si(value, field.unit)}")
         elif isinstance(value, Material):
-            skipped = {own for own, number in device if number is not None}  # a device's number wins
-            found += _gel_in_words(value, skipped | {own.removeprefix("material.") for own in swept})
+            skipped = {field_name for field_name, number in device if number is not None}  # a device's number wins
+            texts += _gel_in_words(value, skipped | {field_name.removeprefix("material.") for field_name in swept})
         elif isinstance(value, Component):
-            found.append(f"{name} {component_in_words(value)}")
+            texts.append(f"{name} {component_in_words(value)}")
         elif isinstance(value, str) and name not in ("name", "film") and value != field.default:
-            found.append(f"{name} {value}")
-    return found
+            texts.append(f"{name} {value}")
+    return texts
 
 
 def _gel_in_words(gel: Material, skipped: Collection[str]) -> list[str]:
@@ -230,29 +231,29 @@ def _gel_in_words(gel: Material, skipped: Collection[str]) -> list[str]:
     usual = dict(ships) if ships is not None else {"law": gel.fields["law"].default}
     if ships is None or ships.law != gel.law:
         usual |= {name: quantity.default for name, quantity in law.parameters.items()}
-    found = [f"material {gel.name}"]
+    texts = [f"material {gel.name}"]
     for name, value in gel:
         if value is None or name in (*skipped, "name", "sources") or np.ndim(value) or value == usual.get(name):
             continue
         unit = gel.fields[name].unit
-        found.append(
+        texts.append(
             f"{name} {component_in_words(law) if name == 'law' else format_si(value, unit) if unit else value}"
         )
-    return found
+    return texts
 
 
 def component_in_words(component: Component) -> str:
     """The name of a component with its data other than defaults, of tables the number of entries."""
     if isinstance(component, Together):
         return " + ".join(map(component_in_words, component.parts))
-    own: tuple[dataclasses.Field[Any], ...] = (
+    data_fields: tuple[dataclasses.Field[Any], ...] = (
         dataclasses.fields(component) if dataclasses.is_dataclass(component) else ()
     )
     others = ("law", "prestretch_mode") if isinstance(component, Film) else ()  # the material's and the device's
     data = {
-        one.name: value
-        for one in own
-        if one.name not in others and (value := getattr(component, one.name)) != one.default
+        data_field.name: value
+        for data_field in data_fields
+        if data_field.name not in others and (value := getattr(component, data_field.name)) != data_field.default
     }
     entries = {
         len(value): name for name, value in data.items() if isinstance(value, tuple)

@@ -298,12 +298,12 @@ place, that scaling to a device and back makes."""
 def without_rounding(values: Any) -> Array:
     """The values, those that differ by rounding alone from a number of `TYPED_DIGITS` replaced by it: a voltage of
     700.0000000000001, scaled to a device and back, by 700."""
-    own = np.asarray(values, dtype=float)
-    if own.size > MOST_TYPED:
-        return own
-    short = np.reshape([float(f"{value:.{TYPED_DIGITS}g}") for value in own.ravel()], own.shape)
+    numbers = np.asarray(values, dtype=float)
+    if numbers.size > MOST_TYPED:
+        return numbers
+    short = np.reshape([float(f"{value:.{TYPED_DIGITS}g}") for value in numbers.ravel()], numbers.shape)
     with np.errstate(invalid="ignore"):
-        return np.where(np.abs(short - own) <= ROUNDINGS * np.spacing(np.abs(own)), short, own)
+        return np.where(np.abs(short - numbers) <= ROUNDINGS * np.spacing(np.abs(numbers)), short, numbers)
 
 
 def _read_only(array: Array) -> Array:

@@ -65,8 +65,8 @@ class _Instruction:
     @property
     def pure(self) -> bool:
         """Whether the instruction has no effect but its value."""
-        own = re.match(r"\w+ @(llvm\.\w+)", self.rest) if self.word == "call" else self.word != "atomicrmw"
-        return self.name is not None and bool(own)
+        is_harmless = re.match(r"\w+ @(llvm\.\w+)", self.rest) if self.word == "call" else self.word != "atomicrmw"
+        return self.name is not None and bool(is_harmless)
 
 
 @dataclass
@@ -95,15 +95,15 @@ def helpers(bodies: str) -> str:
 def _read(text: str, names: dict[str, str]) -> _Function:
     """Read the instructions of a definition, without those whose values are not used."""
     first, *lines = text.splitlines()
-    found = _HEAD.fullmatch(first)
-    if found is None:
+    match = _HEAD.fullmatch(first)
+    if match is None:
         raise ValueError(f"not translated: {first}")
-    kind, name, inside = found.groups()
+    kind, name, inside = match.groups()
     arguments = []
     for part in inside.split(", ") if inside else []:
-        type_, own = part.replace("noalias ", "").split(" ")
-        arguments.append((_TYPES[type_], _c_name(own)))
-    listed = ", ".join(f"{type_}{'' if type_.endswith('*') else ' '}{own}" for type_, own in arguments)
+        type_, argument = part.replace("noalias ", "").split(" ")
+        arguments.append((_TYPES[type_], _c_name(argument)))
+    listed = ", ".join(f"{type_}{'' if type_.endswith('*') else ' '}{argument}" for type_, argument in arguments)
     own_head = f"static {_TYPES[kind]} {names.get(name, name)}({listed or 'void'})"
     block, instructions = "", []
     for line in (line.strip() for line in lines[:-1]):
@@ -119,8 +119,8 @@ def _read(text: str, names: dict[str, str]) -> _Function:
 
 def _living(instructions: list[_Instruction]) -> list[_Instruction]:
     """Leave out instructions without effects whose values are not used."""
-    made = {own.name: own for own in instructions if own.name and own.pure}
-    uses = Counter(name for own in instructions for name in _NAME.findall(own.rest))
+    made = {instruction.name: instruction for instruction in instructions if instruction.name and instruction.pure}
+    uses = Counter(name for instruction in instructions for name in _NAME.findall(instruction.rest))
     waiting = [name for name in made if not uses[name]]
     dead = set()
     while waiting:
@@ -130,7 +130,7 @@ def _living(instructions: list[_Instruction]) -> list[_Instruction]:
             uses[part] -= 1
             if part in made and not uses[part] and part not in dead:
                 waiting.append(part)
-    return [own for own in instructions if own.name not in dead]
+    return [instruction for instruction in instructions if instruction.name not in dead]
 
 
 def _written(f: _Function, names: dict[str, str]) -> tuple[str, str]:
@@ -142,27 +142,27 @@ def _written(f: _Function, names: dict[str, str]) -> tuple[str, str]:
         elif own.word == "phi":
             for value, block in re.findall(r"\[ ([^,]+), %([\w.]+) \]", own.rest):
                 f.phis.setdefault(own.block, []).append((_c_name(str(own.name)), value, block))
-        elif own.word == "call" and (found := re.match(r"void (%[\w.]+)\(", own.rest)):
-            f.called.add(found[1])
+        elif own.word == "call" and (match := re.match(r"void (%[\w.]+)\(", own.rest)):
+            f.called.add(match[1])
     taken = {name for own in f.instructions for name in _NAME.findall(own.rest)}
     lines = [f"(void){own};" for _, own in f.arguments if f"%{own}" not in taken]
     lines += [f"int64_t {own} = 0;" for own in dict.fromkeys(own for every in f.phis.values() for own, _, _ in every)]
-    wanted = _labels(f)
-    for place, own in enumerate(f.instructions):
-        following = f.instructions[place + 1] if place + 1 < len(f.instructions) else None
-        lines += _statements(f, own, following, wanted, names)
+    labels = _labels(f)
+    for position, own in enumerate(f.instructions):
+        following = f.instructions[position + 1] if position + 1 < len(f.instructions) else None
+        lines += _statements(f, own, following, labels, names)
     return f"{f.head};", "\n".join([f"{f.head} {{", *(f"  {line}" for line in lines), "}", ""])
 
 
 def _labels(f: _Function) -> set[str]:
     """The labels of jumps, except those directly after their jump."""
-    wanted = set()
-    for place, own in enumerate(f.instructions):
-        if own.word == "br":
-            targets = re.findall(r"label %([\w.]+)", own.rest)
-            behind = f.instructions[place + 1].rest if place + 1 < len(f.instructions) else ""
-            wanted |= {target for target in targets if target != behind}
-    return wanted
+    labels = set()
+    for index, instruction in enumerate(f.instructions):
+        if instruction.word == "br":
+            targets = re.findall(r"label %([\w.]+)", instruction.rest)
+            behind = f.instructions[index + 1].rest if index + 1 < len(f.instructions) else ""
+            labels |= {target for target in targets if target != behind}
+    return labels
 
 
 def _statements(
@@ -179,11 +179,11 @@ def _statements(
     if own.word in ("getelementptr", "phi"):
         return []
     if own.word == "alloca":
-        found = re.fullmatch(r"double, i64 (\d+)(?:, align \d+)?", own.rest)
-        if found is None:
+        match = re.fullmatch(r"double, i64 (\d+)(?:, align \d+)?", own.rest)
+        if match is None:
             _refused(own)
-        begun = " = {{0.0}}" if found[1] == "1" else ""  # compilers cannot see that it is set before it is read
-        return [f"word {_c_name(str(own.name))}[{found[1]}]{begun};"]
+        begun = " = {{0.0}}" if match[1] == "1" else ""  # compilers cannot see that it is set before it is read
+        return [f"word {_c_name(str(own.name))}[{match[1]}]{begun};"]
     if own.word == "store":
         kind, value, address = _taken(own, r"(\w+) (\S+), ptr ([^,]+)(?:, align \d+)?")
         return [f"{_member(f, address, _MEMBERS[kind])} = {_value(f, value)};"]
@@ -260,8 +260,8 @@ def _call(f: _Function, own: _Instruction, names: dict[str, str]) -> tuple[str, 
 
 
 def _taken(own: _Instruction, pattern: str) -> Sequence[str]:
-    found = re.fullmatch(pattern, own.rest)
-    return found.groups() if found else _refused(own)
+    match = re.fullmatch(pattern, own.rest)
+    return match.groups() if match else _refused(own)
 
 
 def _refused(own: _Instruction) -> NoReturn:

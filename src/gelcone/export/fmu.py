@@ -57,9 +57,12 @@ def write_fmu(exported: Exported, path: Path, fmi: int, platforms: Sequence[str]
 
     def write(temporary: Path) -> None:
         texts = _contents(exported, fmi)
-        own = {Path(name).name: text for name, text in texts.items() if name.startswith("sources/")}
+        source_texts = {Path(name).name: text for name, text in texts.items() if name.startswith("sources/")}
         contents = {name: text.encode() for name, text in texts.items()}
-        contents |= {place: compile_library(compiler, own, f"fmi{fmi}.c") for place, compiler in compilers.items()}
+        contents |= {
+            file_name: compile_library(compiler, source_texts, f"fmi{fmi}.c")
+            for file_name, compiler in compilers.items()
+        }
         with zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED) as archive:
             for name, data in sorted(contents.items()):
                 entry = zipfile.ZipInfo(name, _DATE)
@@ -72,36 +75,36 @@ def write_fmu(exported: Exported, path: Path, fmi: int, platforms: Sequence[str]
 
 def _compilers(name: str, fmi: int, platforms: Sequence[str]) -> dict[str, list[str]]:
     """Name of each library in the file -> its compiler; this machine's library is left out without a compiler."""
-    found: dict[str, list[str]] = {}
+    compilers: dict[str, list[str]] = {}
     host = _SYSTEMS.get(platform.system(), "") + _MACHINES.get(platform.machine().lower(), "?")
-    for own in platforms:
-        check_name("platform", own, [HOST, *PLATFORMS])
-        known = PLATFORMS.get(host if own == HOST else own)
+    for platform_name in platforms:
+        check_name("platform", platform_name, [HOST, *PLATFORMS])
+        known = PLATFORMS.get(host if platform_name == HOST else platform_name)
         folder = "" if known is None else known.second if fmi == 2 else known.third
-        if known is not None and not folder and own != HOST:
-            raise InputError(f"platforms {own!r}: has no place in FMI 2.0; give fmi = 3")
-        compiler = find_compiler() if own == HOST else cross_compiler(PLATFORMS[own].target)
+        if known is not None and not folder and platform_name != HOST:
+            raise InputError(f"platforms {platform_name!r}: has no place in FMI 2.0; give fmi = 3")
+        compiler = find_compiler() if platform_name == HOST else cross_compiler(PLATFORMS[platform_name].target)
         if known is not None and folder and compiler is not None:
-            found[f"binaries/{folder}/{name}{known.ending}"] = compiler
-    return found
+            compilers[f"binaries/{folder}/{name}{known.ending}"] = compiler
+    return compilers
 
 
 def _contents(exported: Exported, fmi: int) -> dict[str, str]:
     """The texts of the file, by name."""
-    own = sources(exported)
-    token = "{" + hashlib.sha256("".join(own.values()).encode()).hexdigest()[:32] + "}"
+    source_texts = sources(exported)
+    token = "{" + hashlib.sha256("".join(source_texts.values()).encode()).hexdigest()[:32] + "}"
     shared = filled("fmu.c", exported.name, {"TOKEN": f'"{token}"'})
-    found = {f"sources/{name}": text for name, text in own.items()}
-    found |= {"sources/fmu.c": shared, f"sources/fmi{fmi}.c": filled(f"fmi{fmi}.c", exported.name, {})}
-    found["resources/device.toml"] = exported.device.to_toml()
-    found["modelDescription.xml"] = description(exported, fmi, token)
+    contents = {f"sources/{name}": text for name, text in source_texts.items()}
+    contents |= {"sources/fmu.c": shared, f"sources/fmi{fmi}.c": filled(f"fmi{fmi}.c", exported.name, {})}
+    contents["resources/device.toml"] = exported.device.to_toml()
+    contents["modelDescription.xml"] = description(exported, fmi, token)
     if fmi == 3:
-        found["sources/buildDescription.xml"] = (
+        contents["sources/buildDescription.xml"] = (
             '<?xml version="1.0" encoding="UTF-8"?>\n<fmiBuildDescription fmiVersion="3.0">\n'
             f'  <BuildConfiguration modelIdentifier="{exported.name}">\n    <SourceFileSet language="C99">'
             '<SourceFile name="fmi3.c"/></SourceFileSet>\n  </BuildConfiguration>\n</fmiBuildDescription>\n'
         )
-    return found
+    return contents
 
 
 # --- the description --------------------------------------------------------------------------------------------------
@@ -109,7 +112,7 @@ def _contents(exported: Exported, fmi: int) -> dict[str, str]:
 
 def description(exported: Exported, fmi: int, token: str) -> str:
     """Write the text of modelDescription.xml."""
-    listed = [(k, own) for k, own in enumerate(exported.variables) if own.kind != "time"]
+    listed = [(k, variable) for k, variable in enumerate(exported.variables) if variable.kind != "time"]
     head = _element(
         "fmiModelDescription",
         {
@@ -124,9 +127,9 @@ def description(exported: Exported, fmi: int, token: str) -> str:
         closed=False,
     )
     kinds = _kinds_of_fmu(exported, fmi)
-    used = {own.unit for _, own in listed} | {"s"}
+    used = {variable.unit for _, variable in listed} | {"s"}
     units = _lines(_unit(unit) for unit in UNITS if unit in used)
-    numbered = listed if fmi == 3 else list(enumerate((own for _, own in listed), start=1))
+    numbered = listed if fmi == 3 else list(enumerate((variable for _, variable in listed), start=1))
     rows = _rows(exported, listed, numbered, fmi)
     if fmi == 3:
         rows = _rows3(exported, rows)
@@ -142,10 +145,10 @@ def description(exported: Exported, fmi: int, token: str) -> str:
 
 
 def _element(name: str, attributes: Mapping[str, object], inside: str = "", *, closed: bool = True) -> str:
-    own = "".join(f" {key}={quoteattr(str(value))}" for key, value in attributes.items() if value is not None)
+    pairs = "".join(f" {key}={quoteattr(str(value))}" for key, value in attributes.items() if value is not None)
     if not closed:
-        return f"<{name}{own}>"
-    return f"<{name}{own}>{inside}</{name}>" if inside else f"<{name}{own}/>"
+        return f"<{name}{pairs}>"
+    return f"<{name}{pairs}>{inside}</{name}>" if inside else f"<{name}{pairs}/>"
 
 
 def _unit(unit: str) -> str:
@@ -201,42 +204,46 @@ def _is_flag(own: Variable) -> bool:
 
 def _groups(numbered: Numbered) -> tuple[list[int], list[int], list[int]]:
     """The numbers of outputs, of rates, and of initial unknowns."""
-    outputs = [number for number, own in numbered if own.kind in ("state", "output", "code")]
-    rates = [number for number, own in numbered if own.kind == "rate"]
-    return outputs, rates, sorted([*rates, *(number for number, own in numbered if own.kind in ("output", "code"))])
+    outputs = [number for number, variable in numbered if variable.kind in ("state", "output", "code")]
+    rates = [number for number, variable in numbered if variable.kind == "rate"]
+    return (
+        outputs,
+        rates,
+        sorted([*rates, *(number for number, variable in numbered if variable.kind in ("output", "code"))]),
+    )
 
 
 def _rows(exported: Exported, listed: Numbered, numbered: Numbered, fmi: int) -> list[str]:
     """The variables that both versions list, ``numbered`` as the version refers to them."""
-    starts, numbers = _starts(exported), {own.name: number for number, own in numbered}
+    starts, numbers = _starts(exported), {variable.name: number for number, variable in numbered}
     real, whole = ("Real", "Integer") if fmi == 2 else ("Float64", "Int32")
-    found = []
-    for place, own in listed:
-        kind = "Boolean" if _is_flag(own) else whole if own.kind == "code" else real
-        start = 0.0 if own.kind == "input" else starts.get(own.name)
-        shared = _attributes(own, place)
+    rows = []
+    for reference, variable in listed:
+        kind = "Boolean" if _is_flag(variable) else whole if variable.kind == "code" else real
+        start = 0.0 if variable.kind == "input" else starts.get(variable.name)
+        shared = _attributes(variable, reference)
         typed = {
-            "unit": own.unit or None,
+            "unit": variable.unit or None,
             "start": None if start is None else repr(start),
-            "derivative": numbers[own.name.removesuffix(RATE)] if own.kind == "rate" else None,
+            "derivative": numbers[variable.name.removesuffix(RATE)] if variable.kind == "rate" else None,
         }
         if fmi == 2:
-            found.append(_element("ScalarVariable", shared, _element(kind, typed)))
+            rows.append(_element("ScalarVariable", shared, _element(kind, typed)))
         else:
-            found.append(_element(kind, shared | typed))
-    return found
+            rows.append(_element(kind, shared | typed))
+    return rows
 
 
 def _rows3(exported: Exported, rows: list[str]) -> list[str]:
     """The variables of FMI 3.0: the time, ``rows``, and the event indicators."""
     count = len(exported.variables)
     time = {"name": "time", "valueReference": count - len(exported.parameters.values) - 1, "causality": "independent"}
-    found = [_element("Float64", time | {"variability": "continuous", "unit": "s"}), *rows]
+    elements = [_element("Float64", time | {"variability": "continuous", "unit": "s"}), *rows]
     for k in range(len(exported.program.border_switches)):
-        own = Variable(f"border_{k}", "local", "", "positive on the side of the border on which the motion is")
-        attributes = _attributes(own, count + k) | {"causality": "local", "variability": "continuous"}
-        found.append(_element("Float64", attributes))
-    return found
+        border = Variable(f"border_{k}", "local", "", "positive on the side of the border on which the motion is")
+        attributes = _attributes(border, count + k) | {"causality": "local", "variability": "continuous"}
+        elements.append(_element("Float64", attributes))
+    return elements
 
 
 def _structure2(numbered: Numbered) -> list[str]:

@@ -42,7 +42,7 @@ _NUMBERED = re.compile(r"\d.*|(?:step|point)_\d+|\w+_t")
 
 def c_name(name: str) -> str:
     """Make a name of C from a text; `InputError` for a text without letters and digits."""
-    found = re.sub(r"[^a-z0-9]+", "_", name.lower()).strip("_")
-    if not found:
+    identifier = re.sub(r"[^a-z0-9]+", "_", name.lower()).strip("_")
+    if not identifier:
         raise InputError(f"{name!r}: holds no letter from a to z and no digit; name the file or folder by some")
-    return f"device_{found}" if found in _TAKEN or _NUMBERED.fullmatch(found) else found
+    return f"device_{identifier}" if identifier in _TAKEN or _NUMBERED.fullmatch(identifier) else identifier

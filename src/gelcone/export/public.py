@@ -120,12 +120,12 @@ def _write_c(exported: Exported, folder: Path, force: bool) -> list[Path]:
     """Write the sources, an example, a test and the device file in a folder."""
     name = exported.name
     names = (f"{name}.h", f"{name}.c", "example.c", "test.c", "device.toml")
-    check_writable([folder / own for own in names], force=force)
+    check_writable([folder / file for file in names], force=force)
     texts = sources(exported) | {
         "example.c": example(exported),
         "test.c": test_program(exported),
         "device.toml": exported.device.to_toml(),
     }
-    writers: dict[Path, Callable[[Path], Any]] = {folder / own: writer_of(texts[own]) for own in names}
+    writers: dict[Path, Callable[[Path], Any]] = {folder / file: writer_of(texts[file]) for file in names}
     write_together(writers, force=force)
     return list(writers)

@@ -43,17 +43,17 @@ class Reference:
         voltage, voltage_rate, force, force_rate = given
         now, done, status = self.time, 0.0, ARRIVED
         while done < seconds and status == ARRIVED:
-            own = voltage / s["voltage"], voltage_rate * s["time"] / s["voltage"]
+            electric_inputs = voltage / s["voltage"], voltage_rate * s["time"] / s["voltage"]
             pushed = force / s["force"], force_rate * s["time"] / s["force"]
-            drive, left = self._drive()
-            part = min(left, seconds - done)
-            length = part / s["time"]
+            drive, remaining = self._drive()
+            duration = min(remaining, seconds - done)
+            length = duration / s["time"]
             most = STEPS_PER_CALL * max(1.0, np.ceil(length * self._fastest / CALL_SPAN))
-            n = self.numbers | dict(zip(INPUTS, (*own, *pushed), strict=True)) | drive | self.switches
-            found = self.exported.program.run(n, self.z, length, self._smallest, most)
-            self.z, self.switches, status = found.states, dict(found.switches), found.status
-            reached = found.time * s["time"]
-            done = done + reached if status != ARRIVED else seconds if part < left else done + part
+            n = self.numbers | dict(zip(INPUTS, (*electric_inputs, *pushed), strict=True)) | drive | self.switches
+            run_end = self.exported.program.run(n, self.z, length, self._smallest, most)
+            self.z, self.switches, status = run_end.states, dict(run_end.switches), run_end.status
+            reached = run_end.time * s["time"]
+            done = done + reached if status != ARRIVED else seconds if duration < remaining else done + duration
             self.time = now + done
             voltage, force = voltage + voltage_rate * reached, force + force_rate * reached
         return status

@@ -93,16 +93,16 @@ class Exported:
     @cached_property
     def pieces(self) -> Pieces | None:
         """The pieces of the included drive, None without any; `InputError` if they change with its parameters."""
-        own, model = self.system.waveform.pieces, self.model  # type: ignore[attr-defined]
-        if own is None:
+        drive, model = self.system.waveform.pieces, self.model  # type: ignore[attr-defined]
+        if drive is None:
             return None
         tables = [
-            own.table({**model.values, **{name: model.values[name] + share * k for k, name in enumerate(VOLTAGE, 1)}})
+            drive.table({**model.values, **{name: model.values[name] + share * k for k, name in enumerate(VOLTAGE, 1)}})
             for share in (0, 1)
         ]
         if any((getattr(tables[0], part) != getattr(tables[1], part)).any() for part in ("begins", "terms")):
             raise InputError(
-                f"drive: the pieces of the waveform {own.name} change with voltage or frequency, which stay free; "
+                f"drive: the pieces of the waveform {drive.name} change with voltage or frequency, which stay free; "
                 "leave it out and give the voltage as an input"
             )
         return tables[0]
@@ -126,13 +126,17 @@ class Exported:
     @cached_property
     def outputs(self) -> dict[str, tuple[int, str, str]]:
         """Name of each output -> index among the values of a point, quantity and meaning."""
-        found, states = {}, {state.name for state in self.system.states}
+        outputs, states = {}, {state.name for state in self.system.states}
         for film in self.system.films:
-            for own, (quantity, meaning) in _OUTPUTS.items():
-                if film.prefix + own in self.program.outputs and film.prefix + own not in states:
-                    place = self.program.outputs.index(film.prefix + own)
-                    found[film.prefix + TITLES.get(own, own)] = (place, quantity, meaning.format(film=film.words[4:]))
-        return found
+            for name, (quantity, meaning) in _OUTPUTS.items():
+                if film.prefix + name in self.program.outputs and film.prefix + name not in states:
+                    index = self.program.outputs.index(film.prefix + name)
+                    outputs[film.prefix + TITLES.get(name, name)] = (
+                        index,
+                        quantity,
+                        meaning.format(film=film.words[4:]),
+                    )
+        return outputs
 
     @cached_property
     def kinds(self) -> list[tuple[str, ...]]:
@@ -173,9 +177,9 @@ class Exported:
 
     def numbers(self) -> dict[str, float]:
         """The numbers of the formulas for the device's parameters and zero inputs, rounded as in C."""
-        own = self.system.numbers_of({name: np.asarray(value, float) for name, value in self.model.values.items()})
-        found = {name: float(np.ravel(value)[0]) for name, value in own.items()}
-        return found | self._evaluated(self.parameters.nodes)
+        arrays = self.system.numbers_of({name: np.asarray(value, float) for name, value in self.model.values.items()})
+        numbers = {name: float(np.ravel(value)[0]) for name, value in arrays.items()}
+        return numbers | self._evaluated(self.parameters.nodes)
 
     @cached_property
     def scale_values(self) -> dict[str, float]:
@@ -192,24 +196,26 @@ class Exported:
 def outputs_of(system: ConeSystem, time: Any, z: Any, n: Any, xp: Any) -> dict[str, tuple[Any, Any]]:
     """The formulas of the outputs, each with what is added to its rate if that is an output, too: voltage, charge with
     the current, which is its rate and the leak, capacitance, stresses and field of each film."""
-    found: dict[str, tuple[Any, Any]] = {}
+    outputs: dict[str, tuple[Any, Any]] = {}
     volts, leaks = system.voltages(time, z, n, xp), system.leaks(time, z, n, xp)
     for k, (film, voltage, leak) in enumerate(zip(system.films, volts, leaks, strict=True)):
         y, squared, prefix = system.states_of(z, "film", k), voltage * voltage, film.prefix
-        found[f"{prefix}film_voltage"] = voltage, None
+        outputs[f"{prefix}film_voltage"] = voltage, None
         if film.film.traced_charge:
             capacitance = film.capacitance(z[0], squared, y, n, xp)
             charge = system.stored(time, z, n, xp) if system.circuit.delays else voltage * capacitance
-            found |= {f"{prefix}charge": (charge, leak), f"{prefix}capacitance": (capacitance, None)}
+            outputs |= {f"{prefix}charge": (charge, leak), f"{prefix}capacitance": (capacitance, None)}
         state = film.traced_state(z[0], squared, y, n, xp)
         if state is not None and system.circuit.delays:
             pulling = film.traced_state(z[0], system.squares(time, z, n, xp)[k], y, n, xp)
             state = pulling._replace(field_squared=state.field_squared) if pulling else state
         if state is not None:
-            found |= {f"{prefix}{name}": (getattr(state, name), None) for name in ("meridional_stress", "hoop_stress")}
-            found |= {f"{prefix}true_field": (xp.sqrt(state.field_squared), None)}
-            found |= {f"{prefix}limit_share": (state.limit_share, None)}
-    return found
+            outputs |= {
+                f"{prefix}{name}": (getattr(state, name), None) for name in ("meridional_stress", "hoop_stress")
+            }
+            outputs |= {f"{prefix}true_field": (xp.sqrt(state.field_squared), None)}
+            outputs |= {f"{prefix}limit_share": (state.limit_share, None)}
+    return outputs
 
 
 def _unit(quantity: str) -> str:
@@ -298,10 +304,10 @@ def in_comment(text: str) -> str:
 
 def _enum(exported: Exported) -> str:
     rows = []
-    for k, own in enumerate(exported.variables):
-        fixed = {"input": "input", "state": "state", "parameter": "parameter"}.get(own.kind, "read")
-        unit = f", {own.unit}" if own.unit not in ("", "1") else ""
-        rows.append(f"  DEVICE_UP_{constant(own.name)} = {k}, /* {fixed}{unit}: {in_comment(own.meaning)} */")
+    for k, variable in enumerate(exported.variables):
+        fixed = {"input": "input", "state": "state", "parameter": "parameter"}.get(variable.kind, "read")
+        unit = f", {variable.unit}" if variable.unit not in ("", "1") else ""
+        rows.append(f"  DEVICE_UP_{constant(variable.name)} = {k}, /* {fixed}{unit}: {in_comment(variable.meaning)} */")
     rows.append(f"  DEVICE_UP_VARIABLES = {len(exported.variables)} /* how many there are */")
     return "\n".join(rows) + "\n"
 
@@ -376,9 +382,9 @@ def _tables(exported: Exported) -> list[str]:
 
 def _piece_defines(pieces: Pieces, exported: Exported, names: Sequence[str]) -> dict[str, Any]:
     """The definitions of a drive with pieces: sizes, and indices of its numbers."""
-    found = {f"NUMBER_{name.upper()}": names.index(name) for name in DRIVE_PIECE if name in names}
+    indices = {f"NUMBER_{name.upper()}": names.index(name) for name in DRIVE_PIECE if name in names}
     repeats = int(exported.model.system.waveform.repeat)
-    return found | {"N_PIECES": len(pieces.begins), "REPEATS": repeats, "FIRST": repr(float(pieces.begins[0]))}
+    return indices | {"N_PIECES": len(pieces.begins), "REPEATS": repeats, "FIRST": repr(float(pieces.begins[0]))}
 
 
 def _piece_tables(pieces: Pieces) -> list[str]:

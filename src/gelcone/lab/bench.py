@@ -173,7 +173,7 @@ class Variants:
 
     def on_films(self, x: Array, squared: Array) -> list[Array]:
         """The squared voltages on the films at rest at x under squared commanded voltages, (variants, rows)."""
-        return [np.asarray(own) for own in under_commands(self.members.system, self.n).films(x, squared)]
+        return [np.asarray(square) for square in under_commands(self.members.system, self.n).films(x, squared)]
 
     @property
     def rest(self) -> Array:
@@ -224,8 +224,8 @@ class Variants:
     def blocked_force(self, height: Array, voltage: Array) -> Array:
         """Force that holds the disc at heights under voltages."""
         x = np.asarray(height) / self.scale("length")
-        found = self.force(x, self.squared(voltage))[0] * self.scale("force")
-        return found * self.gains["load cell"]
+        force = self.force(x, self.squared(voltage))[0] * self.scale("force")
+        return force * self.gains["load cell"]
 
     def stroke(self, voltage: Array, key: Any = None) -> Array:
         """Stroke from the rest on a slow ramp through the voltages; the states are stored under ``key``."""
@@ -262,17 +262,17 @@ class Variants:
         """Natural frequency about the rest under a constant voltage, (variants,)."""
         at = np.array([voltage])
         x, squared = self.rest + self.stroke(at) / (self.scale("length") * self.gains["laser"]), self.squared(at)
-        volts = [np.sqrt(own) for own in self.on_films(x, squared)]
-        found = frequencies_under(self.members, self.force(x, squared)[1], x, volts)
-        return np.asarray(found * self.scale("frequency"))[:, 0]
+        volts = [np.sqrt(square) for square in self.on_films(x, squared)]
+        frequencies = frequencies_under(self.members, self.force(x, squared)[1], x, volts)
+        return np.asarray(frequencies * self.scale("frequency"))[:, 0]
 
     def capacitance(self, height: Array, voltage: Array) -> Array:
         """Capacitance, charge over voltage, of all films of the source at heights under voltages."""
         x, squared = np.asarray(height) / self.scale("length"), self.squared(voltage)
         films = [film for film in self.members.system.films if film.drive in (None, "same")]
         with np.errstate(all="ignore"):
-            found = sum(film.capacitance(x, self.on_films(x, squared)[0], [], self.n) for film in films)
-        return np.asarray(found) * self.scale("capacitance") * self.gains["capacitance meter"]
+            capacitance = sum(film.capacitance(x, self.on_films(x, squared)[0], [], self.n) for film in films)
+        return np.asarray(capacitance) * self.scale("capacitance") * self.gains["capacitance meter"]
 
     def ring_down(self, rows: int = 1) -> Array:
         """Frequency and decay rate of small motions about the rest, both as often as they were read."""
@@ -281,25 +281,27 @@ class Variants:
             with np.errstate(invalid="ignore"):
                 swing, decay = np.sqrt(self.force(self.rest, 0.0)[1] - self.damping**2), self.damping
         else:
-            swing, decay = (own[:, None] for own in small_motion(self.members, self.rest[:, 0]))
+            swing, decay = (rates[:, None] for rates in small_motion(self.members, self.rest[:, 0]))
         return np.repeat(np.concatenate([rate * swing / (2.0 * np.pi), rate * decay], axis=1), rows, axis=1)
 
     def response(self, voltage_offset: Array, voltage_amplitude: Array, frequency: Array, key: Any = None) -> Array:
         """The in-phase and quadrature parts of the settled motion, by one-harmonic balance; the states are stored under
         ``key``."""
         offset, amplitude = self.volts(voltage_offset), self.volts(voltage_amplitude)
-        offset, amplitude = (np.broadcast_to(one, (self.members.size, len(frequency))) for one in (offset, amplitude))
+        offset, amplitude = (
+            np.broadcast_to(volts, (self.members.size, len(frequency))) for volts in (offset, amplitude)
+        )
         omega = np.asarray(frequency) / self.scale("frequency")
         start = self._start(key, self.members.size)
         if start is None:
             start = self._linear(offset, amplitude, omega)
         if self.members.system.planar:
-            found = self._balance(offset, amplitude, omega, start)
+            balance = self._balance(offset, amplitude, omega, start)
         else:
             driven = self._driven(offset, amplitude, omega)
-            found = balanced(driven, start.reshape(driven.size, *start.shape[-2:])).reshape(start.shape)
-        self._states[key] = found
-        disc = found if self.members.system.planar else found[..., 0, :]
+            balance = balanced(driven, start.reshape(driven.size, *start.shape[-2:])).reshape(start.shape)
+        self._states[key] = balance
+        disc = balance if self.members.system.planar else balance[..., 0, :]
         size = (self.scale("length") * self.gains["laser"])[..., None]
         return np.concatenate(list(np.moveaxis((size * disc)[..., 1:], -1, 0)), axis=1)
 
@@ -341,16 +343,16 @@ class Variants:
 
     def series(self, time: Array, voltage: Array, names: Sequence[str] = ("stroke",)) -> Array:
         """Stroke and current at times of a run from rest, under a voltage that is linear between the given ones."""
-        own = self._under(time - time[0], voltage)
+        driven_members = self._under(time - time[0], voltage)
         at = (time - time[0])[rows_read(len(time))] / self.scale("time")
         with np.errstate(all="ignore"):
-            start = own.start_states(np.concatenate([self.rest, np.zeros_like(self.rest)], axis=1))
-            states = integrate(own, start, at, tolerance=TOLERANCE).states
-            z, found = list(np.moveaxis(states, -1, 0)), {}
+            start = driven_members.start_states(np.concatenate([self.rest, np.zeros_like(self.rest)], axis=1))
+            states = integrate(driven_members, start, at, tolerance=TOLERANCE).states
+            z, readings = list(np.moveaxis(states, -1, 0)), {}
             if "current" in names:
-                found["current"] = _currents(own, at, z) * self.scale("current") * self.gains["ammeter"]
-        found["stroke"] = (z[0] - self.rest) * self.scale("length") * self.gains["laser"]
-        return np.concatenate([found[name] for name in names], axis=1)
+                readings["current"] = _currents(driven_members, at, z) * self.scale("current") * self.gains["ammeter"]
+        readings["stroke"] = (z[0] - self.rest) * self.scale("length") * self.gains["laser"]
+        return np.concatenate([readings[name] for name in names], axis=1)
 
     def _balance(self, offset: Array, amplitude: Array, omega: Array, start: Array) -> Array:
         """Mean, sine and cosine, (variants, rows, 3), that balance the forces; NaN where Newton's method fails."""
@@ -364,11 +366,11 @@ class Variants:
         c, moving = start.reshape(-1, 3).copy(), np.flatnonzero(np.isfinite(start.reshape(-1, 3)).all(axis=-1))
         size = np.full(len(c), np.nan)
         for _ in range(NEWTON_STEPS):
-            own = {name: value[variant[moving], None] for name, value in n.items()}
-            force, slope = self.force(c[moving] @ BASIS, squared[moving], own)
-            left = force @ WEIGHTS.T + np.einsum("rij,rj->ri", inertia[moving], c[moving])
+            numbers = {name: value[variant[moving], None] for name, value in n.items()}
+            force, slope = self.force(c[moving] @ BASIS, squared[moving], numbers)
+            residual = force @ WEIGHTS.T + np.einsum("rij,rj->ri", inertia[moving], c[moving])
             matrix = np.einsum("ip,rp,jp->rij", WEIGHTS, slope, BASIS) + inertia[moving]
-            step = solved_where_regular(matrix, left)
+            step = solved_where_regular(matrix, residual)
             size[moving] = np.abs(step).max(axis=-1)
             c[moving] -= step * np.minimum(1.0, LONGEST_STEP / np.maximum(size[moving], 1e-300))[:, None]
             moving = moving[size[moving] > 1e-12]
@@ -381,8 +383,8 @@ def _currents(members: Members, times: Array, z: list[Array]) -> Array:
     """Currents from the source; the mean of both sides where the slope of the voltage jumps."""
     n, step = members.numbers(trailing=1), SIDE * times[..., -1:]
     sides = [
-        members.system.source_currents(np.clip(times + own, step, times[..., -1:] - step), z, n)[0]
-        for own in (-step, step)
+        members.system.source_currents(np.clip(times + shift, step, times[..., -1:] - step), z, n)[0]
+        for shift in (-step, step)
     ]
     return np.asarray(0.5 * (sides[0] + sides[1]))
 
@@ -399,7 +401,7 @@ def field_value(device: Device, name: str) -> float:
     if name not in fields:
         from gelcone.errors import unknown_name
 
-        usable = [own for own in fields if np.ndim(device.get(own)) == 0 and (device.get(own) or 0.0) > 0.0]
+        usable = [field for field in fields if np.ndim(device.get(field)) == 0 and (device.get(field) or 0.0) > 0.0]
         raise unknown_name("field that can be fitted", name, usable)
     if name == "material.young_modulus":
         raise InputError(f"free {name}: a device has material.shear_modulus, a third of it; free that")

@@ -58,7 +58,7 @@ def examine(device: Device, changes: Mapping[str, Array], share: float) -> Found
     model = members_of.to_model()
     members = model.members()
     n, system = members.numbers(trailing=1), members.system
-    own = {name: np.broadcast_to(value, members.shape)[:, None] for name, value in members.values.items()}
+    parameters = {name: np.broadcast_to(value, members.shape)[:, None] for name, value in members.values.items()}
     scales = members_of.scales
 
     def scale(quantity: str) -> Array:
@@ -67,12 +67,12 @@ def examine(device: Device, changes: Mapping[str, Array], share: float) -> Found
     with np.errstate(all="ignore"):
         rest, highest = _rest(system, n, members.size)
         if damping is not None:
-            own["damping_ratio"] = damping[:, None] * np.sqrt(system.static_force(rest, 0.0, n)[1])
+            parameters["damping_ratio"] = damping[:, None] * np.sqrt(system.static_force(rest, 0.0, n)[1])
         x, squared = _ramp(system, n, rest, highest)
-        limits = _limits(system, n, own, x, squared) * scale("voltage")
-        peak = (np.abs(own["voltage_bias"]) + own["voltage"])[:, 0]
-        motion = _motion(system, n, own, x, squared, 1.0)
-        harder = _motion(system, n, own, x, squared, share)
+        limits = _limits(system, n, parameters, x, squared) * scale("voltage")
+        peak = (np.abs(parameters["voltage_bias"]) + parameters["voltage"])[:, 0]
+        motion = _motion(system, n, parameters, x, squared, 1.0)
+        harder = _motion(system, n, parameters, x, squared, share)
         values = {
             "stroke": np.ptp(motion.x, axis=1) * scale("length"),
             "peak_voltage": peak * scale("voltage"),
@@ -83,7 +83,7 @@ def examine(device: Device, changes: Mapping[str, Array], share: float) -> Found
             "footprint": np.broadcast_to(2.0 * np.asarray(members_of.film_radius), members.shape),
             "blocked_force": system.film.voltage_force(rest[:, 0], peak**2, [], members.numbers()) * scale("force"),
         }
-        failing = _failing(system, n, own, harder)
+        failing = _failing(system, n, parameters, harder)
     return Found(
         {name: value.reshape(shape) for name, value in values.items()},
         limits.reshape(len(LIMITS), *shape),
@@ -133,9 +133,11 @@ def _limits(system: Any, n: Any, own: Mapping[str, Array], x: Array, squared: Ar
     fold = np.where(falls.any(axis=1), falls.argmax(axis=1), HEIGHTS - 1)
     voltage = np.sqrt(np.maximum(squared, 0.0))
     top = np.take_along_axis(voltage, fold[:, None], axis=1)[:, 0]
-    found = [np.where(falls.any(axis=1), top, np.inf)]
-    found += [_first(voltage, np.broadcast_to(one, voltage.shape), fold) for one in _beyond(system, n, own, x, voltage)]
-    return np.where(np.isfinite(x[:, 0]), np.array(found), np.nan)
+    limits = [np.where(falls.any(axis=1), top, np.inf)]
+    limits += [
+        _first(voltage, np.broadcast_to(limit, voltage.shape), fold) for limit in _beyond(system, n, own, x, voltage)
+    ]
+    return np.where(np.isfinite(x[:, 0]), np.array(limits), np.nan)
 
 
 def _first(voltage: Array, beyond: Array, last: Array) -> Array:

@@ -126,21 +126,21 @@ def roles_of(table: Table, named: Mapping[str, str]) -> dict[str, tuple[Column, 
 
     Raises `InputError` for a name that is not a column, and for two columns with one role.
     """
-    found: dict[str, tuple[Column, str | None]] = {}
+    roles: dict[str, tuple[Column, str | None]] = {}
     for role, text in named.items():
-        own, stated = table.named(text, f"{table.file}: {role} = {text!r}: ")
-        found[role] = table.columns[own], table.unit_of(own, stated)
-    taken = {column.name for column, _ in found.values()}
+        column_name, stated = table.named(text, f"{table.file}: {role} = {text!r}: ")
+        roles[role] = table.columns[column_name], table.unit_of(column_name, stated)
+    taken = {column.name for column, _ in roles.values()}
     for name, column in table.columns.items():
-        known = next((role for role, names in ROLES.items() if spelt_plainly(name) in names), None)
-        if name not in taken and known is not None:
-            if known in found and known not in named:
+        guess = next((role for role, names in ROLES.items() if spelt_plainly(name) in names), None)
+        if name not in taken and guess is not None:
+            if guess in roles and guess not in named:
                 raise InputError(
-                    f"{table.file}: columns {found[known][0].name!r} and {name!r} both look like {known}; name one in "
-                    f'tests.toml: {known} = "{name}"'
+                    f"{table.file}: columns {roles[guess][0].name!r} and {name!r} both look like {guess}; name one in "
+                    f'tests.toml: {guess} = "{name}"'
                 )
-            found.setdefault(known, (column, column.unit))
-    return found
+            roles.setdefault(guess, (column, column.unit))
+    return roles
 
 
 def in_si(table: Table, role: str, column: Column, unit: str | None, notes: list[str]) -> Array:
@@ -207,9 +207,9 @@ def spectra_of(table: Table, named: Mapping[str, str]) -> list[Spectrum]:
     if not {"frequency", "permittivity"} <= roles.keys():
         return []
     notes: list[str] = []
-    wanted = ("frequency", "permittivity", "temperature")
-    numbers = {role: in_si(table, role, *roles[role], notes) for role in wanted if role in roles}
-    found = []
+    role_names = ("frequency", "permittivity", "temperature")
+    numbers = {role: in_si(table, role, *roles[role], notes) for role in role_names if role in roles}
+    spectra = []
     for name, rows in _groups(table, roles):
         keep = rows[np.isfinite(numbers["frequency"][rows]) & np.isfinite(numbers["permittivity"][rows])]
         order = keep[np.argsort(numbers["frequency"][keep])]
@@ -218,7 +218,7 @@ def spectra_of(table: Table, named: Mapping[str, str]) -> list[Spectrum]:
             raise InputError(
                 f"{table.file}: a relative permittivity of {eps.min():.3g} is below 1; give it over that of vacuum"
             )
-        found.append(
+        spectra.append(
             Spectrum(
                 name,
                 table.file,
@@ -228,7 +228,7 @@ def spectra_of(table: Table, named: Mapping[str, str]) -> list[Spectrum]:
                 (*table.notes, *notes),
             )
         )
-    return found
+    return spectra
 
 
 def coupons_of(table: Table, settings: Mapping[str, Any]) -> list[Coupon]:
@@ -259,15 +259,15 @@ def coupons_of(table: Table, settings: Mapping[str, Any]) -> list[Coupon]:
 
 def _derived(table: Table, numbers: Mapping[str, Array], settings: Mapping[str, Any]) -> dict[str, Array]:
     """Compute the stretch from strain or extension, and the stress from force, if they are not given."""
-    found = {}
+    derived = {}
     if "stretch" not in numbers and "strain" in numbers:
-        found["stretch"] = 1.0 + numbers["strain"]
+        derived["stretch"] = 1.0 + numbers["strain"]
     elif "stretch" not in numbers and "extension" in numbers:
-        found["stretch"] = 1.0 + numbers["extension"] / _needed(table, settings, "gauge_length", "extension")
+        derived["stretch"] = 1.0 + numbers["extension"] / _needed(table, settings, "gauge_length", "extension")
     if "stress" not in numbers and "force" in numbers:
         width = _needed(table, settings, "specimen_width", "force")
-        found["stress"] = numbers["force"] / (width * _needed(table, settings, "thickness", "force"))
-    return found
+        derived["stress"] = numbers["force"] / (width * _needed(table, settings, "thickness", "force"))
+    return derived
 
 
 def _needed(table: Table, settings: Mapping[str, Any], name: str, column: str) -> float:
@@ -290,37 +290,37 @@ def _check_pascals(table: Table, numbers: Mapping[str, Array]) -> None:
 
 def _groups(table: Table, roles: Mapping[str, tuple[Column, str | None]]) -> Iterator[tuple[str, Any]]:
     """The name of each test of a table, and the indices of its rows."""
-    own = roles.get("id") or roles.get("label")
+    label_role = roles.get("id") or roles.get("label")
     stem = table.file.rsplit(".", 1)[0]
-    if own is None:
+    if label_role is None:
         yield stem, np.arange(len(table.lines))
         return
-    words = own[0].words
+    words = label_role[0].words
     for word in dict.fromkeys(words):
-        yield f"{stem} {word[:40]}", np.flatnonzero(np.array([one == word for one in words]))
+        yield f"{stem} {word[:40]}", np.flatnonzero(np.array([label == word for label in words]))
 
 
 def _one(values: Array | None, rows: Any, default: float) -> float:
     if values is None:
         return default
-    own = values[rows]
-    return float(np.nanmedian(own)) if np.isfinite(own).any() else default
+    row_values = values[rows]
+    return float(np.nanmedian(row_values)) if np.isfinite(row_values).any() else default
 
 
 def _coupon(
     table: Table, name: str, rows: Any, numbers: Mapping[str, Array], settings: Mapping[str, Any], notes: list[str]
 ) -> Coupon:
     """Read one test of a table."""
-    own = list(notes)
+    test_notes = list(notes)
     whole = np.isfinite(numbers["stretch"][rows]) & np.isfinite(numbers["stress"][rows])
     if not whole.all():
-        own.append(f"{int((~whole).sum())} rows without stretch or stress left out")
+        test_notes.append(f"{int((~whole).sum())} rows without stretch or stress left out")
     rows = rows[whole]
     line = table.lines[int(rows[0])] if rows.size else 1
     if rows.size < FEWEST_ROWS:
         raise InputError(f"{table.file}, line {line}: test {name!r} has {rows.size} rows; give at least {FEWEST_ROWS}")
     if rows.size > MOST_SAMPLES:
-        own.append(f"thinned from {rows.size} to {MOST_SAMPLES} samples")
+        test_notes.append(f"thinned from {rows.size} to {MOST_SAMPLES} samples")
         rows = rows[np.linspace(0, rows.size - 1, MOST_SAMPLES).round().astype(int)]
     stretch, stress = numbers["stretch"][rows], numbers["stress"][rows]
     if (stretch <= 0.0).any() or (stretch > 50.0).any():
@@ -347,7 +347,7 @@ def _coupon(
         use=settings.get("use") or ("check" if voltage > 0.0 else "fit"),
     )
     if "time" in numbers:
-        coupon = _timed(table, coupon, numbers["time"][rows], rows, settings, own)
+        coupon = _timed(table, coupon, numbers["time"][rows], rows, settings, test_notes)
     elif np.isfinite(rate):
         if not rate > 0.0:
             raise InputError(f"{table.file}, line {line}: strain rate {rate:g}: must be greater than 0")
@@ -355,8 +355,8 @@ def _coupon(
     elif settings.get("kind", "quasi-static") != "quasi-static":
         raise InputError(f'{table.file}: has neither time nor rate; add rate = "0.1 1/s" in tests.toml')
     else:
-        own.append("has neither time nor rate: taken as quasi-static, with all branches relaxed")
-    return dataclasses.replace(coupon, notes=(*own, *_oddities(coupon)))
+        test_notes.append("has neither time nor rate: taken as quasi-static, with all branches relaxed")
+    return dataclasses.replace(coupon, notes=(*test_notes, *_oddities(coupon)))
 
 
 def _at_rate(coupon: Coupon, rate: float) -> Coupon:
@@ -383,20 +383,20 @@ def _timed(
         )
     rate = float(settings.get("loading_rate") or settings.get("rate") or LOADING_RATE)
     first = float(coupon.stretch[0])
-    held = np.ptp(coupon.stretch) < HELD * first
-    begin = float(time[0])
-    if held:
-        begin = _start_of_hold(table, time, settings, notes)
+    is_held = np.ptp(coupon.stretch) < HELD * first
+    start_time = float(time[0])
+    if is_held:
+        start_time = _start_of_hold(table, time, settings, notes)
         if not settings.get("loading_rate"):
             notes.append(f"its loading is not recorded: taken as {rate:g} 1/s (loading_rate in tests.toml)")
     lead = abs(first - 1.0) / rate
     ramp = [(0.0, 1.0), (lead, first)] if lead > 0.0 else [(0.0, 1.0)]
-    own = time - begin + lead
-    inside = own > lead if held else np.arange(own.size) >= (1 if lead > 0.0 or first == 1.0 else 0)
-    times = np.concatenate([[t for t, _ in ramp], own[inside]])
+    elapsed = time - start_time + lead
+    inside = elapsed > lead if is_held else np.arange(elapsed.size) >= (1 if lead > 0.0 or first == 1.0 else 0)
+    times = np.concatenate([[t for t, _ in ramp], elapsed[inside]])
     path = np.concatenate([[s for _, s in ramp], coupon.stretch[inside]])
-    kind = "creep" if settings.get("kind") == "creep" else "relaxation" if held else _moving(coupon.stretch)
-    return dataclasses.replace(coupon, kind=kind, time=np.maximum(own, 0.0), history=(times, path))
+    kind = "creep" if settings.get("kind") == "creep" else "relaxation" if is_held else _moving(coupon.stretch)
+    return dataclasses.replace(coupon, kind=kind, time=np.maximum(elapsed, 0.0), history=(times, path))
 
 
 def _start_of_hold(table: Table, time: Array, settings: Mapping[str, Any], notes: list[str]) -> float:
@@ -434,14 +434,14 @@ def _oddities(coupon: Coupon) -> Iterator[str]:
 
 def _without_repeats(tests: list[Coupon]) -> list[Coupon]:
     """The tests; one that repeats the first rows of another is marked to be left out."""
-    found: list[Coupon] = []
+    marked_tests: list[Coupon] = []
     for test in tests:
         longer = next((other for other in tests if other is not test and _repeats(test, other)), None)
-        if longer is not None and (len(longer.stress) > len(test.stress) or longer in found):
+        if longer is not None and (len(longer.stress) > len(test.stress) or longer in marked_tests):
             why = f"repeats the first {len(test.stress)} rows of {longer.name}: left out"
             test = test.with_use("leave out", why)
-        found.append(test)
-    return found
+        marked_tests.append(test)
+    return marked_tests
 
 
 def _repeats(test: Coupon, other: Coupon) -> bool:
@@ -458,18 +458,18 @@ def _repeats(test: Coupon, other: Coupon) -> bool:
 def same_temperature(tests: Sequence[Coupon]) -> tuple[float, list[Coupon]]:
     """The temperature near which most tests to be fitted were measured, NaN if none is known; and the tests, those at
     other temperatures marked to be left out."""
-    known = [test for test in tests if test.use == "fit" and np.isfinite(test.temperature)]
-    if not known:
+    fit_tests = [test for test in tests if test.use == "fit" and np.isfinite(test.temperature)]
+    if not fit_tests:
         return np.nan, list(tests)
     near = {
-        test.temperature: sum(abs(other.temperature - test.temperature) <= SAME_TEMPERATURE for other in known)
-        for test in known
+        test.temperature: sum(abs(other.temperature - test.temperature) <= SAME_TEMPERATURE for other in fit_tests)
+        for test in fit_tests
     }
     chosen = max(near, key=lambda t: (near[t], -abs(t - 293.15)))
-    found = []
+    marked_tests = []
     for test in tests:
         if test.use == "fit" and abs(test.temperature - chosen) > SAME_TEMPERATURE:
             why = f"at {test.temperature - 273.15:.3g} degC, not at {chosen - 273.15:.3g} degC as most: left out"
             test = test.with_use("leave out", why)
-        found.append(test)
-    return chosen, found
+        marked_tests.append(test)
+    return chosen, marked_tests

@@ -116,14 +116,14 @@ def datasheet(
         raise InputError("voltages = 0: a data sheet takes one above 0; give --over constant_voltage=..., or a drive")
     levels = np.unique([0.0, *np.atleast_1d(levels)])
     ramp, displacements = _ramp(model, float(levels[-1]))
-    found = plain(static)(model, levels, displacements, progress=weighted(progress, 0.3)).assign(ramp)
-    found = found.assign(_static_numbers(model, found))
-    found = found.assign(_dynamic_numbers(model, found))
+    sheet = plain(static)(model, levels, displacements, progress=weighted(progress, 0.3)).assign(ramp)
+    sheet = sheet.assign(_static_numbers(model, sheet))
+    sheet = sheet.assign(_dynamic_numbers(model, sheet))
     advance(progress, 0.3)
-    found = _with_membrane(_with_limits(found.assign(_drive(model, threads)), model, threads), model)
+    sheet = _with_membrane(_with_limits(sheet.assign(_drive(model, threads)), model, threads), model)
     advance(progress, 0.4)
     options = {"voltages": None if voltages is None else levels[1:].tolist()}
-    return found.assign_attrs(title="data sheet", options=json.dumps(options))
+    return sheet.assign_attrs(title="data sheet", options=json.dumps(options))
 
 
 _LEVELS = ("constant_voltage",)
@@ -291,12 +291,12 @@ def _ramp(model: ConeModel, highest: float) -> tuple[dict[str, object], Array | 
     """Stroke and blocked force on a slow ramp from 0; and displacements from somewhat below the rest to beyond the
     longest stroke, None if the disc does not move."""
     levels = np.linspace(0.0, highest, RAMP)
-    found = plain(stroke_and_blocked_force)(model, levels)
-    stroke, rest = found["stroke"].values, float(found["rest_displacement"])
+    response = plain(stroke_and_blocked_force)(model, levels)
+    stroke, rest = response["stroke"].values, float(response["rest_displacement"])
     variables = dataset.columns("ramp_voltage", {
         "ramp_voltage": (levels, "constant voltage", "voltage"),
         "ramp_stroke": (stroke, "displacement from the rest without voltage", _of("length")),
-        "ramp_blocked_force": (found["blocked_force"].values, "force on a stop at the rest position", _of("force")),
+        "ramp_blocked_force": (response["blocked_force"].values, "force on a stop at the rest position", _of("force")),
     })  # fmt: skip
     longest = float(np.max(stroke, initial=0.0, where=np.isfinite(stroke)))
     around = rest + longest * np.linspace(-AROUND, 1.0 + AROUND, PLACES)
@@ -306,15 +306,15 @@ def _ramp(model: ConeModel, highest: float) -> tuple[dict[str, object], Array | 
 def _drive(model: ConeModel, threads: int | None) -> dict[str, object]:
     """Stroke, current and power of the settled motion under the actuator's drive, from next to rest, which may be
     unstable; none of a motion that does not repeat, of which each run has others."""
-    found: Mapping[Any, Any] = {}
+    settled_motion: Mapping[Any, Any] = {}
     if float(model.voltage) > 0.0:
         motion = plain(settled)(model, (rest_displacement(model) + NUDGE, 0.0), threads=threads)
         if motion["period"] or motion["resting"]:
-            found = motion
+            settled_motion = motion
 
     def of(name: str, words: str, quantity: str) -> tuple[Any, str, dataset.Of]:
         absent = dataset.absent(quantity, "not driven, or without a motion that repeats", JUMPS)
-        return float(found.get(name, np.nan)), words, absent
+        return float(settled_motion.get(name, np.nan)), words, absent
 
     return dataset.columns((), {
         "drive_stroke": of("stroke", "stroke of the drive, peak to peak", "length"),
@@ -332,11 +332,11 @@ def _with_limits(found: xr.Dataset, model: ConeModel, threads: int | None) -> xr
     names = [name for name in map(str, limits.data_vars) if name.endswith("_voltage") and name not in found]
     shown = [*slow_limits(model.system), *(f"driven {name}" for name in DRIVEN_LIMITS)]
     peaks = {name: float(limits[limit_variable(name, model.system)]) for name in shown}
-    known = {name: peak for name, peak in peaks.items() if np.isfinite(peak)}
-    first = min(known, key=lambda name: known[name]) if known else NO_LIMIT
+    finite_peaks = {name: peak for name, peak in peaks.items() if np.isfinite(peak)}
+    first = min(finite_peaks, key=lambda name: finite_peaks[name]) if finite_peaks else NO_LIMIT
     voltage = dataset.columns((), {
         "first_limit_voltage": (
-            known.get(first, np.inf), "peak voltage of the drive at the first limit",
+            finite_peaks.get(first, np.inf), "peak voltage of the drive at the first limit",
             dataset.absent("voltage", infinite="none"),
         )
     })  # fmt: skip

@@ -77,13 +77,13 @@ TILT = 0.01
 def values_of(device: Device) -> dict[str, float]:
     """The numbers of a design that may be required, in SI, with its own film."""
     motion, scales = settled(device), device.scales
-    found = {
+    numbers = {
         name: float(motion[name]) / MEASURES[quantity].per_unit
         for name, quantity in (("stroke", "length"), ("apparent_power", "apparent power"), ("current", "current"))
     }
     peak = abs(float(device.voltage_offset)) + float(device.voltage_amplitude)
     force = float(stroke_and_blocked_force(device, [peak])["blocked_force"][0])
-    return found | {
+    return numbers | {
         "peak_voltage": peak,
         "blocked_force": force / MEASURES["force"].per_unit,
         "natural_frequency": driven_frequency(device.to_model()) * float(scales.frequency),
@@ -94,16 +94,16 @@ def values_of(device: Device) -> dict[str, float]:
 
 def check(wish: Wish, device: Device) -> Checked:
     """Examine a design by its settled motion and by its operating envelope around its frequency."""
-    values, own = values_of(device), float(device.frequency)
-    found = envelope(device, frequencies=own * np.array([1.0 - NEARBY, 1.0, 1.0 + NEARBY]), margin=wish.margin)
-    recommended = float(found["recommended_peak"][1])
-    peak, first = float(found["operating_peak_voltage"]), int(found["first_limit"][1])
-    static = found["static_limit_voltage"]
+    values, frequency = values_of(device), float(device.frequency)
+    window = envelope(device, frequencies=frequency * np.array([1.0 - NEARBY, 1.0, 1.0 + NEARBY]), margin=wish.margin)
+    recommended = float(window["recommended_peak"][1])
+    peak, first = float(window["operating_peak_voltage"]), int(window["first_limit"][1])
+    static = window["static_limit_voltage"]
     name = f"{static['static_limit'].values[int(np.nanargmin(static.values))]} on a ramp"
-    if first >= 0 and float(found["limit_low"][first, 1]) <= float(static.min()):
-        name = f"{found['driven_limit'].values[first]} under the drive"
+    if first >= 0 and float(window["limit_low"][first, 1]) <= float(static.min()):
+        name = f"{window['driven_limit'].values[first]} under the drive"
     failed = ""
-    missed = tuple(one for one in wish.requirements if not meets(one, values[one.name]))
+    missed = tuple(requirement for requirement in wish.requirements if not meets(requirement, values[requirement.name]))
     if missed:
         failed = f"its {missed[0].name} is {said(missed[0].name, values[missed[0].name])}"
     elif not np.isfinite(values["stroke"]):
@@ -142,10 +142,10 @@ def checked_row(problem: Problem, unit: Array, population: Array) -> Row:
     for attempt in range(ATTEMPTS):
         device = problem.wish.device.replace_quietly(fields_of(problem, unit))
         checked = check(problem.wish, device)
-        found = replace(problem, ratios={}).nominal(problem.designs(unit[None]))
-        limit = float(np.nanmin(found.limits[:, 0, 0]))
+        nominal = replace(problem, ratios={}).nominal(problem.designs(unit[None]))
+        limit = float(np.nanmin(nominal.limits[:, 0, 0]))
         share = checked.recommended / (1.0 - problem.wish.margin) / limit if np.isfinite(limit) else 1.0
-        limited = with_ratios(replace(problem, pull_in=float(np.fmin(share, 1.0))), found, checked)
+        limited = with_ratios(replace(problem, pull_in=float(np.fmin(share, 1.0))), nominal, checked)
         row = Row(limited, unit, population, device, checked)
         lacking = wished - probability_of(limited, unit, problem.seed + 2)[0] if uncertain else 0.0
         if attempt == ATTEMPTS - 1 or (not checked.failed and lacking <= 0.0):
@@ -260,14 +260,16 @@ def design(
         )
     counted = Counted(progress)
     with quiet_input():
-        found = front(wish, seed, nominal, weighted(counted, 0.5))
-        kept = ~dominated(np.array([[objective_of(p, unit, one) for one in wish.objectives] for p, unit, _ in found]))
+        candidates = front(wish, seed, nominal, weighted(counted, 0.5))
+        kept = ~dominated(
+            np.array([[objective_of(p, unit, objective) for objective in wish.objectives] for p, unit, _ in candidates])
+        )
         rows = []
-        for (problem, unit, population), keep in zip(found, kept, strict=True):
+        for (problem, unit, population), keep in zip(candidates, kept, strict=True):
             if keep:
                 rows.append(checked_row(problem, unit, population))
-            counted(0.4 / len(found))
-        scores = np.array([[objective_of(r.problem, r.unit, one) for one in wish.objectives] for r in rows])
+            counted(0.4 / len(candidates))
+        scores = np.array([[objective_of(r.problem, r.unit, objective) for objective in wish.objectives] for r in rows])
         rows = [rows[k] for k in np.argsort(scores[:, -1])[::-1] if not dominated(scores)[k]]
         result = _labelled(wish, rows, seed, {} if nominal else traps(wish, seed))
     counted.finish()
@@ -316,15 +318,15 @@ def quiet_input() -> Iterator[None]:
 def traps(wish: Wish, seed: int) -> dict[str, float]:
     """Objective -> probability of the design that is best in it without uncertainty and passes its check; objectives
     that depend on no free field are left out."""
-    found = {}
+    probabilities = {}
     for objective in wish.objectives:
         alone = Problem(replace(wish, objectives=(objective,)), 1, seed)
         unit, population, fitness = alone.search(objective, generations=TRAP)
         start = objective_of(alone, np.full(len(alone.names), 0.5), objective)
         if feasible(fitness) and fitness != start:
             row = checked_row(alone, unit, population)
-            found[objective.name] = probability_of(row.problem, row.unit, seed + 1)[0]
-    return found
+            probabilities[objective.name] = probability_of(row.problem, row.unit, seed + 1)[0]
+    return probabilities
 
 
 def _stored(wish: Wish) -> dict[str, Any]:

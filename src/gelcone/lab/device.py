@@ -55,18 +55,18 @@ UNDECIDED = 4.0
 def read_free(texts: Sequence[str], device: Device) -> dict[str, float]:
     """Read free fields with the relative standard deviations of their priors, from ``FIELD~3%``, ``FIELD~5 um``, or
     ``FIELD`` without a prior."""
-    found: dict[str, float] = {}
+    deviations: dict[str, float] = {}
     for text in texts:
         name, tilde, spread = (part.strip() for part in text.partition("~"))
         value = field_value(device, name)
-        if name in found:
+        if name in deviations:
             raise InputError(f"free {name}: is given twice; give it once")
         if not tilde:
             warnings.warn(f"free {name}: has no prior; give one where it was measured, {name}~3%", DoubtfulInput, 2)
-            found[name] = WIDE
+            deviations[name] = WIDE
         else:
-            found[name] = _read_prior(name, spread, device, value)
-    return found
+            deviations[name] = _read_prior(name, spread, device, value)
+    return deviations
 
 
 def _read_prior(name: str, given: Any, device: Device, value: float) -> float:
@@ -221,10 +221,10 @@ def fit_device(
 def _fitted(problems: Mapping[str, Problem]) -> tuple[dict[str, FittedDevice], dict[str, str]]:
     """The fit of each structure, and the reason for each without a state at a measured value; `InputError` if all have
     none."""
-    found, impossible = {}, {}
+    fits, impossible = {}, {}
     for structure, problem in problems.items():
         try:
-            found[structure] = fit_problem(problem)
+            fits[structure] = fit_problem(problem)
         except NoStateError as error:
             impossible[structure] = str(error)
         except InputError as error:
@@ -232,9 +232,9 @@ def _fitted(problems: Mapping[str, Problem]) -> tuple[dict[str, FittedDevice], d
                 f"the fit runs into {str(error).partition(';')[0]}: are the units and signs of the readings right? "
                 "else give that field a narrower prior"
             ) from None
-    if not found:
+    if not fits:
         raise InputError(next(iter(impossible.values())))
-    return found, impossible
+    return fits, impossible
 
 
 def _check_signs(problem: Problem) -> None:
@@ -244,12 +244,12 @@ def _check_signs(problem: Problem) -> None:
     first = 0
     for test in problem.tests:
         for name, values in test.read.items():
-            own, noise = predicted[first : first + len(values)], test.noise[name]
+            expected, noise = predicted[first : first + len(values)], test.noise[name]
             first += len(values)
-            known = np.isfinite(own) & np.isfinite(values)
-            both = np.array([own[known], values[known]]) / noise[known]
+            is_known = np.isfinite(expected) & np.isfinite(values)
+            both = np.array([expected[is_known], values[is_known]]) / noise[is_known]
             sizes = np.linalg.norm(both, axis=1)
-            certain = (sizes > CERTAIN * np.sqrt(known.sum())).all()
+            certain = (sizes > CERTAIN * np.sqrt(is_known.sum())).all()
             if name in UPWARD and certain and both[0] @ both[1] < OPPOSITE * sizes.prod():
                 raise InputError(
                     f"{test.name}: {name} has the opposite sign of the device's; upward is positive, of a force that "
@@ -282,9 +282,9 @@ def _problem(
     priors = {name: _read_prior(name, given, device, field_value(device, name)) for name, given in free.items()}
     if film is not None and film not in FILMS:
         raise unknown_name("film that can be fitted", str(film), FILMS)
-    own = device if film is None or film == device.film else device.replace_quietly(film=film)
-    own, priors = (own, priors) if loss is None else _with_loss(own, priors, loss)
-    return Problem(own, priors, tests.tests, dict(tests.gains))
+    variant = device if film is None or film == device.film else device.replace_quietly(film=film)
+    variant, priors = (variant, priors) if loss is None else _with_loss(variant, priors, loss)
+    return Problem(variant, priors, tests.tests, dict(tests.gains))
 
 
 def _with_loss(device: Device, free: Mapping[str, float], loss: str) -> tuple[Device, dict[str, float]]:
@@ -303,10 +303,12 @@ def _with_loss(device: Device, free: Mapping[str, float], loss: str) -> tuple[De
         changes = dict(zip(BRANCH, (modulus, 1.0 / (2.0 * np.pi * float(device.frequency))), strict=True))
     if loss == "branch":
         changes |= {"damping_coefficient": 0.0}
-    own = device.replace_quietly(changes)
+    variant = device.replace_quietly(changes)
     fields = ["damping_coefficient", *branches]
-    added = {name: ANY for name in fields if own.get(name) and name not in free}
-    return own, {name: prior for name, prior in {**free, **added}.items() if name not in fields or own.get(name)}
+    added = {name: ANY for name in fields if variant.get(name) and name not in free}
+    return variant, {
+        name: prior for name, prior in {**free, **added}.items() if name not in fields or variant.get(name)
+    }
 
 
 def _checked(problem: Problem) -> Problem:
@@ -383,9 +385,9 @@ def _readings(best: FittedDevice) -> xr.Dataset:
     along = [value for test in tests for _ in test.read for value in _along(test)[0]]
     axes = [_along(test)[1] for test in tests for _ in test.values]
     units = [reading.unit for test in tests for reading in test.readings]
-    own = np.repeat(np.arange(len(tests)), [test.values.size for test in tests])
+    test_numbers = np.repeat(np.arange(len(tests)), [test.values.size for test in tests])
     return xr.Dataset(dataset.columns("reading", {
-        "reading_test": (own, "number of its test", "count"),
+        "reading_test": (test_numbers, "number of its test", "count"),
         "reading_name": (names, "what is read", "code"),
         "reading_axis": (axes, "what it is drawn over", "code"),
         "reading_unit": (units, "unit of the reading", "code"),

@@ -78,9 +78,9 @@ class Problem:
     @cached_property
     def used(self) -> list[str]:
         """The instruments of the tests: those of readings, and the amplifier if there is a voltage."""
-        own = {reading.instrument for test in self.tests for reading in test.readings}
+        instruments = {reading.instrument for test in self.tests for reading in test.readings}
         volts = any(np.any(values) for test in self.tests for name, values in test.set.items() if "voltage" in name)
-        return [name for name in INSTRUMENTS if name in own or (name == AMPLIFIER and volts)]
+        return [name for name in INSTRUMENTS if name in instruments or (name == AMPLIFIER and volts)]
 
     @property
     def names(self) -> list[str]:
@@ -159,11 +159,11 @@ def plan_of(problem: Problem, logs: Array | None = None) -> Plan:
     covariance = np.linalg.inv(scaled.T @ scaled + np.eye(problem.priors.size))
     count = len(problem.free)
     plain = slopes[:, :count] / problem.noise[:, None]
-    own = np.linalg.svd(scaled[:, :count], compute_uv=False)
+    singular_values = np.linalg.svd(scaled[:, :count], compute_uv=False)
     return Plan(
         problem.priors * np.sqrt(np.diag(covariance)),
         covariance * np.outer(problem.priors, problem.priors),
-        np.concatenate([own, np.zeros(count - own.size)]),
+        np.concatenate([singular_values, np.zeros(count - singular_values.size)]),
         _invariant(plain, list(problem.free)),
     )
 
@@ -182,18 +182,18 @@ def _invariant(slopes: Array, names: Sequence[str]) -> Array:
     _, sizes, rows = np.linalg.svd(slopes)
     sizes = np.concatenate([sizes, np.zeros(len(names) - sizes.size)])
     still = EXACT * sizes.max(initial=1e-300)
-    known = [
+    symmetries = [
         np.array([symmetry.get(name, 0.0) for name in names])
         for symmetry in SYMMETRIES
         if symmetry.keys() <= set(names)
     ]
-    known = [own for own in known if np.linalg.norm(slopes @ own) < still * np.linalg.norm(own)]
-    left = rows[sizes < still]
-    if known:
-        basis, _ = np.linalg.qr(np.array(known).T)
-        _, kept, others = np.linalg.svd(left - left @ basis @ basis.T)
-        left = others[: len(kept)][kept > 0.5]
-    return np.concatenate([np.array(known).reshape(-1, len(names)), _simple(left)])
+    symmetries = [vector for vector in symmetries if np.linalg.norm(slopes @ vector) < still * np.linalg.norm(vector)]
+    unexplained = rows[sizes < still]
+    if symmetries:
+        basis, _ = np.linalg.qr(np.array(symmetries).T)
+        _, kept, others = np.linalg.svd(unexplained - unexplained @ basis @ basis.T)
+        unexplained = others[: len(kept)][kept > 0.5]
+    return np.concatenate([np.array(symmetries).reshape(-1, len(names)), _simple(unexplained)])
 
 
 def _simple(directions: Array) -> Array:
@@ -242,17 +242,17 @@ def next_experiments(problem: Problem, readings: Array, logs: Array | None = Non
 
     base = sum(part.T @ part for part in parts) + np.diag(weights)
     now = left(base)
-    found = [
+    gains = [
         Gain(f"four times the rows of: {test.name}", left(base + 3.0 * part.T @ part) / now)
         for test, part in zip(problem.tests, parts, strict=True)
     ]
     for k, name in enumerate(problem.names):
-        gain = k >= len(problem.free)
-        more = base + np.diag(np.where(np.arange(weights.size) == k, (24.0 if gain else 3.0) * weights, 0.0))
-        to = "calibrated to" if gain else "known to"
-        words = f"{name} {to} {(20.0 if gain else 50.0) * problem.priors[k]:.2g} %"
-        found.append(Gain(words, left(more) / now))
-    return sorted(found, key=lambda one: one.ratio)
+        is_gain = k >= len(problem.free)
+        improved = base + np.diag(np.where(np.arange(weights.size) == k, (24.0 if is_gain else 3.0) * weights, 0.0))
+        to = "calibrated to" if is_gain else "known to"
+        words = f"{name} {to} {(20.0 if is_gain else 50.0) * problem.priors[k]:.2g} %"
+        gains.append(Gain(words, left(improved) / now))
+    return sorted(gains, key=lambda entry: entry.ratio)
 
 
 # --- the fit ----------------------------------------------------------------------------------------------------------
@@ -283,10 +283,10 @@ class FittedDevice(NamedTuple):
     @property
     def device(self) -> Device:
         """Make the device with the fitted fields."""
-        own = self.problem
+        problem = self.problem
         factors = np.exp(self.logs)
-        return own.device.replace(
-            {n: field_value(own.device, n) * float(f) for n, f in zip(own.free, factors, strict=False)}
+        return problem.device.replace(
+            {n: field_value(problem.device, n) * float(f) for n, f in zip(problem.free, factors, strict=False)}
         )
 
 
@@ -301,7 +301,7 @@ def fit_problem(problem: Problem, start: Array | None = None) -> FittedDevice:
     wide = problem.noise * np.repeat(kinds, [test.values.size for test in problem.tests])
     if start is None:
         starts = _rough(problem, starts, wide)
-    best = min(starts, key=lambda own: _objective(problem, own))
+    best = min(starts, key=lambda candidate: _objective(problem, candidate))
     logs = _least(problem, best, problem.noise, FINE if start is None else ROUGH)
     predicted, slopes = problem.slopes(logs)
     lost = ~np.isfinite(predicted)
@@ -322,13 +322,13 @@ def _rough(problem: Problem, starts: Sequence[Array], wide: Array) -> list[Array
     """Fit roughly from starts; where films or circuits have states, which is slow, only until chi2 is not refused."""
     from scipy.stats import chi2
 
-    found, patient = [], problem.device.to_model().system.planar
+    fits, patient = [], problem.device.to_model().system.planar
     enough = float(chi2.isf(REFUSED, problem.values.size))
-    for own in starts:
-        found.append(_least(problem, _least(problem, own, wide, ROUGH), problem.noise, ROUGH))
-        if not patient and _objective(problem, found[-1]) < enough:
+    for start in starts:
+        fits.append(_least(problem, _least(problem, start, wide, ROUGH), problem.noise, ROUGH))
+        if not patient and _objective(problem, fits[-1]) < enough:
             break
-    return found
+    return fits
 
 
 def _without_state(problem: Problem, lost: Any) -> str:
@@ -403,10 +403,10 @@ def _least(problem: Problem, start: Array, noise: Array, tolerance: float, held:
         slopes = problem.slopes(whole(z))[1] / noise[:, None]
         return (np.concatenate([slopes, np.diag(1.0 / problem.priors)]) * unit)[:, free]
 
-    found = least_squares(
+    solution = least_squares(
         residuals, (start / unit)[free], jacobian, xtol=tolerance, ftol=tolerance, gtol=tolerance, max_nfev=100
     )
-    return whole(found.x)
+    return whole(solution.x)
 
 
 PROFILED, PROFILE_STEPS = Z, 8
@@ -454,17 +454,17 @@ def left_out(fitted: FittedDevice) -> list[LeftOut]:
     """Predict each test from a fit to the others, which starts from the fit to all; empty for a single test."""
     from scipy.stats import chi2
 
-    problem, found = fitted.problem, []
+    problem, predictions = fitted.problem, []
     for k, test in enumerate(problem.tests if len(problem.tests) > 1 else ()):
         others = Problem(problem.device, problem.free, (*problem.tests[:k], *problem.tests[k + 1 :]), problem.gains)
-        begin = fitted.logs[[problem.names.index(name) for name in others.names]]
-        logs, covariance = _with_all_gains(problem, others, fit_problem(others, begin))
+        start = fitted.logs[[problem.names.index(name) for name in others.names]]
+        logs, covariance = _with_all_gains(problem, others, fit_problem(others, start))
         predicted, slopes = problem.slopes(logs, [test])
         spread = np.diag(test.deviations**2) + slopes @ covariance @ slopes.T
         gap = np.where(np.isfinite(predicted), predicted - test.values, CLIFF * test.deviations)
         size = float(gap @ np.linalg.solve(spread, gap))
-        found.append(LeftOut(test.name, size, gap.size, float(chi2.sf(size, gap.size))))
-    return found
+        predictions.append(LeftOut(test.name, size, gap.size, float(chi2.sf(size, gap.size))))
+    return predictions
 
 
 def _with_all_gains(problem: Problem, others: Problem, fitted: FittedDevice) -> tuple[Array, Array]:

@@ -97,9 +97,9 @@ def read_device_tests(path: str | Path) -> DeviceTests:
     entries, others = listed_tables(path, ("instruments",))
     gains = dict(GAINS)
     for name, value in others.get("instruments", {}).items():
-        own = name.replace("_", " ")
-        check_name("instrument", own, INSTRUMENTS, where=f"{path}: ")
-        gains[own] = parse_share(f"{path}: instruments.{name}", value)
+        instrument = name.replace("_", " ")
+        check_name("instrument", instrument, INSTRUMENTS, where=f"{path}: ")
+        gains[instrument] = parse_share(f"{path}: instruments.{name}", value)
     return DeviceTests(tuple(_test(path, k, entry) for k, entry in enumerate(entries, start=1)), gains)
 
 
@@ -109,14 +109,14 @@ def _test(path: Path, number: int, entry: Mapping[str, Any]) -> DeviceTest:
     kind = str(entry.get("kind"))
     check_name("kind of test on a device", kind, KINDS, where=f"{where}: ")
     units = _units(kind)
-    known = ("file", "kind", "noise", *units)
-    check_names(f"setting of a {kind} test", entry, known, where=f"{where}: ")
+    settings = ("file", "kind", "noise", *units)
+    check_names(f"setting of a {kind} test", entry, settings, where=f"{where}: ")
     table = read_table(place_of(path, where, entry["file"])) if "file" in entry else None
     numbers = {}
     for name, unit in units.items():
-        found = _numbers(where, name, unit, entry.get(name), table)
-        if found is not None:
-            numbers[name] = found
+        values = _numbers(where, name, unit, entry.get(name), table)
+        if values is not None:
+            numbers[name] = values
     if table is not None:
         _check_columns(where, kind, entry, numbers, table)
     return _assembled(where, kind, numbers, entry.get("noise"), table)
@@ -125,24 +125,24 @@ def _test(path: Path, number: int, entry: Mapping[str, Any]) -> DeviceTest:
 def _check_columns(where: str, kind: str, entry: Mapping[str, Any], numbers: Mapping[str, Array], table: Table) -> None:
     """Raise `InputError` for a file with unused columns of numbers if a number that is set, all readings, or one of
     amplitude and phase are missing."""
-    used = {own for name in _units(kind) if (own := _named(where, name, entry.get(name), table)[0])}
-    left = [name for name, column in table.columns.items() if name not in used and column.values is not None]
+    used = {column_name for name in _units(kind) if (column_name := _named(where, name, entry.get(name), table)[0])}
+    unused = [name for name, column in table.columns.items() if name not in used and column.values is not None]
     halves = ("amplitude", "phase")
     readings = halves if any(name in numbers for name in halves) else tuple(KINDS[kind].read)
     readings = () if set(readings) == set(KINDS[kind].read) and any(name in numbers for name in readings) else readings
     lacking = [name for name in (*KINDS[kind].set, *readings) if name not in numbers]
-    if left and lacking:
+    if unused and lacking:
         unit = _units(kind)[lacking[0]]
         raise InputError(
-            f"{where}: which column of {table.file} is {lacking[0]}? not used yet: {', '.join(left)[:80]}; "
-            f'name it, {lacking[0]} = "{left[0][:40]}, {SHORT.get(unit, unit)}"'
+            f"{where}: which column of {table.file} is {lacking[0]}? not used yet: {', '.join(unused)[:80]}; "
+            f'name it, {lacking[0]} = "{unused[0][:40]}, {SHORT.get(unit, unit)}"'
         )
 
 
 def _units(kind: str) -> dict[str, str]:
     """The numbers that a kind of test may state, name -> SI unit."""
-    found = dict(KINDS[kind].set) | {name: own.unit for name, own in KINDS[kind].read.items()}
-    return found | (_EXTRA if kind == "frequency response" else {})
+    units = dict(KINDS[kind].set) | {name: reading.unit for name, reading in KINDS[kind].read.items()}
+    return units | (_EXTRA if kind == "frequency response" else {})
 
 
 def _assembled(where: str, kind: str, numbers: dict[str, Array], noise: Any, table: Table | None) -> DeviceTest:
@@ -150,9 +150,9 @@ def _assembled(where: str, kind: str, numbers: dict[str, Array], noise: Any, tab
     if "amplitude" in numbers and "phase" in numbers:
         size, angle = numbers.pop("amplitude"), np.radians(numbers.pop("phase"))
         numbers |= dict(zip(_PARTS, (size * np.cos(angle), size * np.sin(angle)), strict=True))
-    own = KINDS[kind]
+    test_kind = KINDS[kind]
     rows = max((len(values) for values in numbers.values()), default=1)
-    for name, unit in own.set.items():
+    for name, unit in test_kind.set.items():
         if name not in numbers:
             raise InputError(
                 f'{where}: a {kind} test needs {name}; name a column, or give {name} = "{_EXAMPLES[unit]}"'
@@ -161,19 +161,24 @@ def _assembled(where: str, kind: str, numbers: dict[str, Array], noise: Any, tab
         if len(values) not in (1, rows):
             raise InputError(f"{where}: {name} has {len(values)} values and others {rows}; give one for each row")
         numbers[name] = np.broadcast_to(values, rows)
-    missing, wanted = np.full(rows, np.nan), list(own.read)
+    missing, read_names = np.full(rows, np.nan), list(test_kind.read)
     name = where.rpartition(", ")[2] if table is None else table.file
     if kind == "series":
         _check_times(where, numbers["time"])
-        wanted = [one for one in wanted if one in numbers] or wanted[:1]
+        read_names = [quantity for quantity in read_names if quantity in numbers] or read_names[:1]
         kept = rows_read(rows)
-        numbers |= {one: numbers.get(one, missing)[kept] for one in wanted}
+        numbers |= {quantity: numbers.get(quantity, missing)[kept] for quantity in read_names}
         missing = missing[kept]
         name += f", {missing.size} of {rows} rows" * (missing.size < rows)
-    read = {one: numbers.get(one, missing) for one in wanted}
-    deviation = {one: np.full(missing.size, _noise(where, one, own.read[one].unit, noise)) for one in wanted}
+    read = {quantity: numbers.get(quantity, missing) for quantity in read_names}
+    deviation = {
+        quantity: np.full(missing.size, _noise(where, quantity, test_kind.read[quantity].unit, noise))
+        for quantity in read_names
+    }
     notes = table.notes if table else ()
-    return DeviceTest(f"{kind}, {name}", kind, {one: numbers[one] for one in own.set}, read, deviation, notes)
+    return DeviceTest(
+        f"{kind}, {name}", kind, {quantity: numbers[quantity] for quantity in test_kind.set}, read, deviation, notes
+    )
 
 
 def _check_times(where: str, times: Array) -> None:
@@ -228,18 +233,18 @@ def _numbers(where: str, name: str, unit: str, given: Any, table: Table | None) 
 def _column(where: str, name: str, unit: str, given: str | None, table: Table) -> Array | None:
     """Read a column in SI; `InputError` for one without a unit, with a unit of another quantity, or with another in the
     list than in the file."""
-    own, stated = _named(where, name, given, table)
-    if own is None:
+    column, stated = _named(where, name, given, table)
+    if column is None:
         return None
-    values = table.numbers(own, name, whole=True)
-    written = table.unit_of(own, stated)
+    values = table.numbers(column, name, whole=True)
+    written = table.unit_of(column, stated)
     if written is None:
         if unit == "V":
             refuse_kilovolts(table, values)
-        raise without_unit(table, name, own, unit)
+        raise without_unit(table, name, column, unit)
     if unit in _OWN_UNITS and written != unit:
-        raise InputError(f"{table.header}: column {own!r}: {written!r} is not a unit of {name}; write it in {unit}")
-    size = 1.0 if unit in _OWN_UNITS else table.size_of(own, written, unit)
+        raise InputError(f"{table.header}: column {column!r}: {written!r} is not a unit of {name}; write it in {unit}")
+    size = 1.0 if unit in _OWN_UNITS else table.size_of(column, written, unit)
     sign = -1.0 if given is not None and given.startswith("-") else 1.0
     return np.asarray(sign * values * size)
 

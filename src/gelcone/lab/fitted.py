@@ -89,8 +89,8 @@ def fitted_draws(result: xr.Dataset, count: int = DRAWS, *, seed: int = 0) -> xr
     device = fitted_device(result)
     check_count("count", count, 2)
     fields = list(map(str, result["field"].values))
-    own = result["covariance"].values[: len(fields), : len(fields)]
-    logs = np.random.default_rng(seed).multivariate_normal(np.zeros(len(fields)), own, count, method="cholesky")
+    covariance = result["covariance"].values[: len(fields), : len(fields)]
+    logs = np.random.default_rng(seed).multivariate_normal(np.zeros(len(fields)), covariance, count, method="cholesky")
     columns = dataset.columns("draw", {
         name: (float(result["value"][k]) * np.exp(logs[:, k]), "", field_attributes(device, name))
         for k, name in enumerate(fields)

@@ -70,8 +70,8 @@ class Problem:
     @cached_property
     def normal(self) -> Array:
         """Draws of the uncertain fields in units of their standard deviations, (draws, uncertain fields)."""
-        own = self.wish.uncertain
-        return draws_of(own, self.draws, self.seed) if self.draws > 1 else np.zeros((1, own))
+        count = self.wish.uncertain
+        return draws_of(count, self.draws, self.seed) if self.draws > 1 else np.zeros((1, count))
 
     def designs(self, unit: Array) -> Array:
         """Map points of the unit cube to designs (designs, fields) in SI."""
@@ -92,8 +92,10 @@ class Problem:
         logs = normal[:, len(self.wish.tolerances) :] @ self.wish.samples.root.T
         for name, log in zip(self.wish.samples.names, logs.T, strict=True):
             fields[name] = fields.get(name, np.broadcast_to(float(self.device.get(name)), shape)) * np.exp(log)
-        found = examine(self.device, fields, 1.0 / (1.0 - self.wish.margin))
-        return found._replace(values={name: self.ratios.get(name, 1.0) * one for name, one in found.values.items()})
+        examined = examine(self.device, fields, 1.0 / (1.0 - self.wish.margin))
+        return examined._replace(
+            values={name: self.ratios.get(name, 1.0) * column for name, column in examined.values.items()}
+        )
 
     def nominal(self, designs: Array) -> Found:
         """Evaluate designs without uncertainty, (designs, 1)."""
@@ -103,9 +105,9 @@ class Problem:
         """The signed margin of each requirement and limit, at most 1, positive where it is missed."""
         margins = {}
         for name, least, bound in self.wish.requirements:
-            own = bound * (1.0 + (-RELAXED if least else RELAXED) * (name == self.relaxed))
+            relaxed_bound = bound * (1.0 + (-RELAXED if least else RELAXED) * (name == self.relaxed))
             value = found.values[name]
-            margins[name] = 1.0 - value / own if least else value / own - 1.0
+            margins[name] = 1.0 - value / relaxed_bound if least else value / relaxed_bound - 1.0
         highest = (1.0 - self.wish.margin) * (1.0 + RELAXED * (self.relaxed == "limits")) * self.pull_in
         for name, limit in zip(LIMITS, found.limits, strict=True):
             margins[name] = found.values["peak_voltage"] / (highest * limit) - 1.0
@@ -142,13 +144,13 @@ class Problem:
         near = np.flatnonzero(worst <= HOPELESS)
         if not near.size:
             return fitness
-        own = worst[near] if self.draws == 1 else self.robust(self.margins(self.found(designs[near], self.normal)))
+        margins = worst[near] if self.draws == 1 else self.robust(self.margins(self.found(designs[near], self.normal)))
         few = Found({k: v[near] for k, v in nominal.values.items()}, nominal.limits[:, near], nominal.failing[near])
         for objective, level in self.levels:
-            value = self.objective(designs[near], few, own, objective)
-            own = np.maximum(own, np.minimum((value - level) / abs(level), 1.0) if level else value)
-        value = self.objective(designs[near], few, own, which)
-        fitness[near] = np.where((own <= 0.0) | (which.name == "probability"), value, MISSED * (1.0 + own))
+            value = self.objective(designs[near], few, margins, objective)
+            margins = np.maximum(margins, np.minimum((value - level) / abs(level), 1.0) if level else value)
+        value = self.objective(designs[near], few, margins, which)
+        fitness[near] = np.where((margins <= 0.0) | (which.name == "probability"), value, MISSED * (1.0 + margins))
         return fitness
 
     def search(
@@ -162,12 +164,12 @@ class Problem:
         from scipy.optimize import differential_evolution
 
         population, report = self._population(start), weighted(progress, 1.0 / generations)
-        found = differential_evolution(
+        optimum = differential_evolution(
             lambda unit: self.fitness(unit.T, which), [(0.0, 1.0)] * len(self.names), init=population,
             maxiter=generations, tol=0.0, atol=0.0, polish=False, vectorized=True, updating="deferred",
             recombination=0.9, seed=self.seed, callback=None if report is None else lambda *_: report(1.0),
         )  # fmt: skip
-        return np.asarray(found.x), np.asarray(found.population), float(found.fun)
+        return np.asarray(optimum.x), np.asarray(optimum.population), float(optimum.fun)
 
     def _population(self, start: Array | None) -> Array:
         """The first population: Sobol points, or three quarters of ``start`` and Sobol points."""
@@ -194,11 +196,11 @@ def front(wish: Wish, seed: int, nominal: bool, progress: Progress) -> list[tupl
         best, population, fitness = problem.search(first, with_best(population, best), AGAIN)
     if not feasible(fitness):
         raise InputError(closest(problem, best))
-    found = [(problem, best, population)]
+    designs = [(problem, best, population)]
     if not others:
-        return found
+        return designs
     second = others[-1]
-    ends = [objective_of(problem, best, one) for one in others]
+    ends = [objective_of(problem, best, objective) for objective in others]
     last, population, _ = problem.search(second, with_best(population, best), progress=weighted(progress, 0.1))
     lowest = objective_of(problem, last, second)
     for level in levels_between(ends[-1], lowest):
@@ -208,8 +210,8 @@ def front(wish: Wish, seed: int, nominal: bool, progress: Progress) -> list[tupl
         part = weighted(progress, 0.6 / (ROWS - 1))
         best, population, fitness = bounded.search(first, with_best(population, last), AGAIN, part)
         if feasible(fitness):
-            found.append((bounded, best, population))
-    return found
+            designs.append((bounded, best, population))
+    return designs
 
 
 def with_best(population: Array, best: Array) -> Array:
@@ -243,8 +245,8 @@ def probability_of(problem: Problem, unit: Array, seed: int) -> tuple[float, flo
     from gelcone.statistics import wilson
 
     fresh = replace(problem, draws=NEW_DRAWS, seed=seed, levels=(), relaxed="")
-    found = fresh.found(fresh.designs(unit[None]), fresh.normal)
-    met = np.max(list(fresh.margins(found).values()), axis=0)[0] <= 0.0
+    examined = fresh.found(fresh.designs(unit[None]), fresh.normal)
+    met = np.max(list(fresh.margins(examined).values()), axis=0)[0] <= 0.0
     low, high = wilson(met.mean(), met.size)
     return float(met.mean()), float(low), float(high)
 
@@ -273,9 +275,9 @@ def closest(problem: Problem, unit: Array) -> str:
     """The message that no design is feasible, with the closest one, its binding requirement and the bounds it
     touches."""
     wish = problem.wish
-    found = problem.nominal(problem.designs(unit[None]))
-    limit = float(np.nanmin(found.limits[:, 0, 0], initial=np.inf))
-    peak = float(found.values["peak_voltage"][0, 0])
+    nominal = problem.nominal(problem.designs(unit[None]))
+    limit = float(np.nanmin(nominal.limits[:, 0, 0], initial=np.inf))
+    peak = float(nominal.values["peak_voltage"][0, 0])
     margin = "no limit met" if not np.isfinite(limit) else f"margin {100.0 * (1.0 - peak / limit):.0f} %"
     at_ends = [
         f"raise {name} above {_shown(problem, name, high)}"
@@ -286,7 +288,7 @@ def closest(problem: Problem, unit: Array) -> str:
     ]
     binding = binding_of(problem, unit)
     remedy = " or ".join(at_ends[:2]) or "widen the bounds"
-    stroke = 1e3 * float(found.values["stroke"][0, 0])
+    stroke = 1e3 * float(nominal.values["stroke"][0, 0])
     return (
         f"design: no design within the bounds meets all with a margin of {100.0 * wish.margin:.0f} % at a confidence "
         f"of {100.0 * wish.confidence:.0f} %; the closest: {margin}, stroke {stroke:.2g} mm; it is bound by {binding}; "

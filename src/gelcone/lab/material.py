@@ -240,15 +240,15 @@ _REPLACED = ("shear_modulus", "young_modulus", "law", "flow")
 def _known_fields(material: Mapping[str, Any] | Material | None) -> dict[str, Any]:
     """The fields of a material that a fit takes over; `InputError` for unknown fields."""
     given = dict(material.parameters() if isinstance(material, Material) else material or {})
-    own = {name for law in LAWS.values() for name in law.parameters}
-    replaced = {n for n in given if n in _REPLACED or n in own or n.startswith(("viscous_", "relaxation_time_"))}
+    law_fields = {name for law in LAWS.values() for name in law.parameters}
+    replaced = {n for n in given if n in _REPLACED or n in law_fields or n.startswith(("viscous_", "relaxation_time_"))}
     sources = {name: text for name, text in dict(given.pop("sources", {})).items() if name not in replaced}
-    known = {name: value for name, value in given.items() if name not in replaced}
+    kept_fields = {name: value for name, value in given.items() if name not in replaced}
     try:
-        whole = Material(**{"relative_permittivity": 1.0, **known, "shear_modulus": 1.0, "sources": sources})
+        whole = Material(**{"relative_permittivity": 1.0, **kept_fields, "shear_modulus": 1.0, "sources": sources})
     except FieldError as error:
         raise error.within("material") from None
-    kept = {name: getattr(whole, name) for name in known if getattr(whole, name) is not None}
+    kept = {name: getattr(whole, name) for name in kept_fields if getattr(whole, name) is not None}
     return kept | {"sources": sources}
 
 
@@ -278,10 +278,10 @@ def _permittivity(known: Mapping[str, Any], spectra: Sequence[Spectrum], tempera
 def _numbers(candidate: Candidate, theta: Array) -> dict[str, float]:
     """The fields of a material by name."""
     moduli, times = candidate.branches(theta)
-    found = {"shear_modulus": float(np.exp(theta[0])), **candidate.numbers(theta)}
+    numbers = {"shear_modulus": float(np.exp(theta[0])), **candidate.numbers(theta)}
     for k, (modulus, time) in enumerate(zip(moduli, times, strict=True), start=1):
-        found |= {f"viscous_modulus_{k}": float(modulus), f"relaxation_time_{k}": float(time)}
-    return found
+        numbers |= {f"viscous_modulus_{k}": float(modulus), f"relaxation_time_{k}": float(time)}
+    return numbers
 
 
 def _material(
@@ -428,8 +428,8 @@ def _intervals(values: Array, drawn: Array) -> tuple[Array, Array]:
         return np.full(values.size, np.nan), np.full(values.size, np.nan)
     positive = (drawn > 0.0).all(axis=0) & (values > 0.0)
     with np.errstate(all="ignore"):
-        own = np.where(positive, np.log(drawn), drawn)
-    half = 0.5 * Z * np.ptp(np.quantile(own, CENTRAL, axis=0), axis=0)
+        scaled_draws = np.where(positive, np.log(drawn), drawn)
+    half = 0.5 * Z * np.ptp(np.quantile(scaled_draws, CENTRAL, axis=0), axis=0)
     low, high = (np.where(positive, values * np.exp(end), values + end) for end in (-half, half))
     return low, high
 

@@ -125,10 +125,10 @@ class Candidate:
 
     def numbers(self, theta: Array) -> dict[str, float]:
         """The parameters of the law by name."""
-        own = theta[1 : 1 + len(self.names)]
+        law_theta = theta[1 : 1 + len(self.names)]
         return {
             name: float(np.exp(v)) if log else float(v * size)
-            for name, v, log, size in zip(self.names, own, self.logarithmic, self.sizes, strict=True)
+            for name, v, log, size in zip(self.names, law_theta, self.logarithmic, self.sizes, strict=True)
         }
 
     def branches(self, theta: Array) -> tuple[Array, Array]:
@@ -138,8 +138,8 @@ class Candidate:
         return np.exp(moduli[order]), np.exp(times[order])
 
     def _split(self, theta: Array) -> tuple[Array, Array]:
-        own = theta[1 + len(self.names) :]
-        return own[: self.count], own[self.count :]
+        branch_logs = theta[1 + len(self.names) :]
+        return branch_logs[: self.count], branch_logs[self.count :]
 
     def bounds(self) -> tuple[Array, Array]:
         """Lowest and highest theta."""
@@ -159,17 +159,17 @@ class Candidate:
     def stress(self, theta: Array) -> Array:
         """The stress at all samples."""
         moduli, times = self._split(theta)
-        found = np.exp(theta[0]) * self.shape(theta[1 : 1 + len(self.names)]) + self.data.curves.field
-        return found + np.exp(moduli) @ self.data.spline(times) if self.count else found
+        stress = np.exp(theta[0]) * self.shape(theta[1 : 1 + len(self.names)]) + self.data.curves.field
+        return stress + np.exp(moduli) @ self.data.spline(times) if self.count else stress
 
     def slopes(self, theta: Array) -> Array:
         """Derivatives of the stress by theta, (samples, parameters)."""
-        own, mu = theta[1 : 1 + len(self.names)], np.exp(theta[0])
-        columns = [mu * self.shape(own)]
-        for k in range(own.size):
-            step = np.zeros(own.size)
-            step[k] = 1e-5 * max(1.0, abs(own[k]))
-            columns.append(mu * (self.shape(own + step) - self.shape(own - step)) / (2.0 * step[k]))
+        law_theta, mu = theta[1 : 1 + len(self.names)], np.exp(theta[0])
+        columns = [mu * self.shape(law_theta)]
+        for k in range(law_theta.size):
+            step = np.zeros(law_theta.size)
+            step[k] = 1e-5 * max(1.0, abs(law_theta[k]))
+            columns.append(mu * (self.shape(law_theta + step) - self.shape(law_theta - step)) / (2.0 * step[k]))
         if self.count:
             moduli, times = self._split(theta)
             columns += list(np.exp(moduli)[:, None] * self.data.spline(times))
@@ -196,17 +196,17 @@ class Candidate:
             return np.concatenate([scale * (self.stress(t) - measured), self.softness(t)])
 
         def jacobian(t: Array) -> Array:
-            h, own = 1e-6, np.zeros((STIFF_POINTS, t.size))
+            h, softness_slopes = 1e-6, np.zeros((STIFF_POINTS, t.size))
             if self.softness(t).any():
                 for k in range(1, 1 + len(self.names)):
                     step = np.zeros(t.size)
                     step[k] = h
-                    own[:, k] = (self.softness(t + step) - self.softness(t - step)) / (2.0 * h)
-            return np.concatenate([scale[:, None] * self.slopes(t), own])
+                    softness_slopes[:, k] = (self.softness(t + step) - self.softness(t - step)) / (2.0 * h)
+            return np.concatenate([scale[:, None] * self.slopes(t), softness_slopes])
 
-        begin = np.clip(theta, low + 1e-9, high - 1e-9)
-        found = least_squares(residuals, begin, jacobian, (low, high), x_scale="jac", ftol=1e-9, xtol=1e-9, gtol=1e-9)
-        return Fitted(self, found.x, float(2.0 * found.cost))
+        start = np.clip(theta, low + 1e-9, high - 1e-9)
+        optimum = least_squares(residuals, start, jacobian, (low, high), x_scale="jac", ftol=1e-9, xtol=1e-9, gtol=1e-9)
+        return Fitted(self, optimum.x, float(2.0 * optimum.cost))
 
     def first(self, weight: Array) -> Fitted:
         """Fit without branches."""
@@ -220,18 +220,18 @@ class Candidate:
     def after(self, before: Fitted, weight: Array) -> Fitted:
         """Fit one branch more than another fit of the same law has, from the relaxation times that fit best."""
         law = before.theta[: 1 + len(self.names)]
-        known = before.candidate._split(before.theta)[1]
+        times = before.candidate._split(before.theta)[1]
         tried = []
         for time in np.log(self.data.grid[::COARSE]):
-            moduli, left = _moduli(self, law, np.append(known, time), weight)
-            tried.append((left, time, moduli))
-        tried.sort(key=lambda one: one[0])
-        found = []
+            moduli, residual = _moduli(self, law, np.append(times, time), weight)
+            tried.append((residual, time, moduli))
+        tried.sort(key=lambda entry: entry[0])
+        fits = []
         for _, time, moduli in tried[:STARTS]:
             moduli = np.log(np.maximum(moduli, 1e-3 * moduli.max()))
-            begin = np.concatenate([[moduli[0]], law[1:], moduli[1:], known, [time]])
-            found.append(self.refine(begin, weight))
-        return min(found, key=lambda one: one.cost)
+            start = np.concatenate([[moduli[0]], law[1:], moduli[1:], times, [time]])
+            fits.append(self.refine(start, weight))
+        return min(fits, key=lambda entry: entry.cost)
 
 
 def _moduli(candidate: Candidate, law: Array, times: Array, weight: Array) -> tuple[Array, float]:
@@ -242,8 +242,8 @@ def _moduli(candidate: Candidate, law: Array, times: Array, weight: Array) -> tu
     data, curves = candidate.data, candidate.data.curves
     scale = np.sqrt(weight)[curves.test] / curves.scale
     columns = [candidate.shape(law[1:]), *(data.spline(times) if times.size else ())]
-    found, left = nnls(scale[:, None] * np.stack(columns, axis=1), scale * (curves.stress - curves.field))
-    return found, float(left)
+    moduli, residual = nnls(scale[:, None] * np.stack(columns, axis=1), scale * (curves.stress - curves.field))
+    return moduli, float(residual)
 
 
 # --- all candidates ---------------------------------------------------------------------------------------------------
@@ -269,15 +269,15 @@ class Compared(NamedTuple):
 def errors_of(tests: Sequence[Coupon], stress: Array) -> Array:
     """Root mean square of each test's residuals over its largest stress, (tests,), of stresses at the samples of all in
     a row."""
-    own = np.split(stress, np.cumsum([len(test.stress) for test in tests])[:-1])
-    return np.array([np.sqrt(np.mean((s - t.stress) ** 2)) / largest(t) for t, s in zip(tests, own, strict=True)])
+    stresses = np.split(stress, np.cumsum([len(test.stress) for test in tests])[:-1])
+    return np.array([np.sqrt(np.mean((s - t.stress) ** 2)) / largest(t) for t, s in zip(tests, stresses, strict=True)])
 
 
 def compare(
     data: Tabulated, laws: Sequence[str], counts: Sequence[int], progress: Progress = None
 ) -> dict[tuple[str, int], Compared]:
     """Fit laws with several ``counts`` of branches, and predict each test from the others."""
-    tests, found = len(data.tests), {}
+    tests, compared = len(data.tests), {}
     counted = Counted(progress)
     all_tests = np.ones(tests)
     for law in laws:
@@ -286,9 +286,9 @@ def compare(
             candidate = Candidate(law, count, data)
             fitted = candidate.first(all_tests) if fitted is None else candidate.after(fitted, all_tests)
             if count in counts:
-                found[law, count] = Compared(fitted, _left_out(fitted))
+                compared[law, count] = Compared(fitted, _left_out(fitted))
             counted(0.5 / len(laws) / (max(counts) + 1))
-    return found
+    return compared
 
 
 def _left_out(fitted: Fitted) -> Array:
@@ -321,13 +321,13 @@ def bootstrap(fitted: Fitted, draws: int, seed: int, progress: Progress = None) 
     """Fit theta to tests drawn with replacement, each times a gain drawn from its prior, (draws, parameters)."""
     tests = len(fitted.candidate.data.tests)
     rng, counted = np.random.default_rng(seed), Counted(progress)
-    found = []
+    thetas = []
     for _ in range(draws):
         weight = np.bincount(rng.integers(tests, size=tests), minlength=tests).astype(float)
         gain = np.exp(GAIN * rng.standard_normal(tests))
-        found.append(fitted.candidate.refine(fitted.theta, weight, gain).theta)
+        thetas.append(fitted.candidate.refine(fitted.theta, weight, gain).theta)
         counted(0.1 / draws)
-    return np.array(found).reshape(draws, fitted.theta.size)
+    return np.array(thetas).reshape(draws, fitted.theta.size)
 
 
 class Band(NamedTuple):

@@ -84,10 +84,10 @@ def read_tests(*paths: str | Path) -> Measured:
     for path in map(Path, paths):
         for table_path, settings in _listed(path):
             table = read_table(table_path)
-            found = spectra_of(table, settings["columns"])
-            own = [] if found else coupons_of(table, settings)
-            coupons += _only(table.file, own, settings.get("only"))
-            spectra += found
+            file_spectra = spectra_of(table, settings["columns"])
+            file_coupons = [] if file_spectra else coupons_of(table, settings)
+            coupons += _only(table.file, file_coupons, settings.get("only"))
+            spectra += file_spectra
             files.append(table.file)
     if len(set(files)) < len(files):
         twice = next(name for k, name in enumerate(files) if name in files[:k])
@@ -174,9 +174,9 @@ def _only(file: str, tests: list[Coupon], ids: list[str] | None) -> list[Coupon]
     """The tests with some ids; all if ``ids`` is None."""
     if ids is None:
         return tests
-    own = {test.name.removeprefix(f"{file.rsplit('.', 1)[0]} "): test for test in tests}
-    check_names("test of the file", ids, own, where=f"{file}: ")
-    return [own[one] for one in ids]
+    by_id = {test.name.removeprefix(f"{file.rsplit('.', 1)[0]} "): test for test in tests}
+    check_names("test of the file", ids, by_id, where=f"{file}: ")
+    return [by_id[test_id] for test_id in ids]
 
 
 def notes_of(read: Iterable[tuple[str, str, Sequence[str]]]) -> list[tuple[str, list[str]]]:
@@ -191,6 +191,6 @@ def notes_of(read: Iterable[tuple[str, str, Sequence[str]]]) -> list[tuple[str, 
         for note in notes:
             about.setdefault(note, {}).setdefault(file, []).append(name)
     return [
-        (note, [name for file, own in where.items() for name in ([file] if own == files[file] else own)])
+        (note, [name for file, tests in where.items() for name in ([file] if tests == files[file] else tests)])
         for note, where in about.items()
     ]

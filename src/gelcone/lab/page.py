@@ -211,8 +211,8 @@ def _compared(
         verdict = f"not compared: {np.isnan(predicted).mean():.0%} of the draws have no such state"
     else:
         apart = abs(middle - measured.value)
-        own = np.hypot((high - middle if measured.value > middle else middle - low) / Z, measured.deviation)
-        verdict = "inside" if apart <= Z * own else "outside"
+        deviation = np.hypot((high - middle if measured.value > middle else middle - low) / Z, measured.deviation)
+        verdict = "inside" if apart <= Z * deviation else "outside"
     return Comparison(asked.text, float(middle), float(low), float(high), measured.value, unit, verdict)
 
 
@@ -225,10 +225,12 @@ def _assumed(problem: Problem, numbers: Mapping[str, Number], asked: Asked) -> l
     steps = STEP * np.eye(spreads.size)
     slopes = (predicted_values(problem, steps, asked) - predicted_values(problem, -steps, asked)) / (2.0 * STEP)
     shares = (np.nan_to_num(slopes) * spreads) ** 2
-    own = {name: share for name, share in zip(problem.free, shares, strict=True) if numbers[name].kind == "assumed"}
-    if sum(own.values()) <= HALF * shares.sum():
+    assumed_shares = {
+        name: share for name, share in zip(problem.free, shares, strict=True) if numbers[name].kind == "assumed"
+    }
+    if sum(assumed_shares.values()) <= HALF * shares.sum():
         return []
-    largest = sorted(own.items(), key=lambda item: -item[1])[:3]
+    largest = sorted(assumed_shares.items(), key=lambda item: -item[1])[:3]
     return [f"{name} {share / shares.sum():.0%}" for name, share in largest if share > 0.01 * shares.sum()]
 
 
@@ -246,19 +248,19 @@ def _coupons(path: Path, given: Any, progress: Progress) -> list[Comparison]:
     counts = [given["branches"]] if "branches" in given else None
     if counts is not None and (isinstance(counts[0], bool) or not isinstance(counts[0], int)):
         raise InputError(f"{path}: coupons.branches = {str(counts[0])[:60]!r}: must be a whole number")
-    known = {"name": str(given.get("material", path.stem))[:60]}
-    found = fit_material(tests, known, laws=laws, branches=counts, draws=0, progress=progress)
-    band, compared = float(found.attrs["band"]), []
-    for k in range(found.sizes["test"]):
-        own = np.flatnonzero(found["sample_test"].values == k)
-        stress, out = (1e3 * found[name].values[own] for name in ("stress", "left_out"))
+    material = {"name": str(given.get("material", path.stem))[:60]}
+    fitted = fit_material(tests, material, laws=laws, branches=counts, draws=0, progress=progress)
+    band, compared = float(fitted.attrs["band"]), []
+    for k in range(fitted.sizes["test"]):
+        rows = np.flatnonzero(fitted["sample_test"].values == k)
+        stress, out = (1e3 * fitted[name].values[rows] for name in ("stress", "left_out"))
         if not np.isfinite(out).all():
             continue
-        most = 1e3 * float(found["largest_stress"][k])
+        most = 1e3 * float(fitted["largest_stress"][k])
         share = float((np.abs(out - stress) <= band * most).mean())
         at = int(np.argmax(np.abs(stress)))
-        verdict = f"{'inside' if share >= INSIDE else 'outside'} ({share:.0%} of {own.size} samples)"
-        name = f"{found['test_name'].values[k]}: largest stress"
+        verdict = f"{'inside' if share >= INSIDE else 'outside'} ({share:.0%} of {rows.size} samples)"
+        name = f"{fitted['test_name'].values[k]}: largest stress"
         low, high = out[at] - band * most, out[at] + band * most
         compared.append(Comparison(name, out[at], low, high, stress[at], "Pa", verdict))
     return compared

@@ -54,14 +54,14 @@ def _rates(members: Members, tau: Array, z: Array) -> tuple[Array, Array]:
 def small_motion(members: Members, x: Array) -> tuple[Array, Array]:
     """Angular frequency and decay rate of small motions about rests x without voltage, (members,); NaN for motions that
     do not oscillate."""
-    found = np.full((2, members.size), np.nan)
+    motions = np.full((2, members.size), np.nan)
     slopes = at_rest(members, x, np.zeros(members.size))[1]
     for k in np.flatnonzero(np.isfinite(slopes).all(axis=(1, 2))):
         values = np.linalg.eigvals(slopes[k])
         fastest = values[np.argmax(values.imag)]
         if fastest.imag > 0.0:
-            found[:, k] = fastest.imag, -fastest.real
-    return found[0], found[1]
+            motions[:, k] = fastest.imag, -fastest.real
+    return motions[0], motions[1]
 
 
 def linear_motion(members: Members, x: Array) -> Array:
@@ -83,20 +83,20 @@ def balanced(members: Members, start: Array) -> Array:
     for _ in range(NEWTON_STEPS):
         if not moving.size:
             break
-        own = members if moving.size == members.size else members.take(moving)
-        omega = own.values["drive_frequency"]
-        rates, slopes = _rates(own, PHASE / omega[:, None], np.moveaxis(c[moving] @ BASIS, 1, 2))
+        moving_members = members if moving.size == members.size else members.take(moving)
+        omega = moving_members.values["drive_frequency"]
+        rates, slopes = _rates(moving_members, PHASE / omega[:, None], np.moveaxis(c[moving] @ BASIS, 1, 2))
         turned = omega[:, None, None, None, None] * np.einsum("ij,kl->ikjl", np.eye(count), RATE)
-        left = np.einsum("rpi,kp->rik", rates, WEIGHTS) - omega[:, None, None] * (c[moving] @ RATE.T)
+        residual = np.einsum("rpi,kp->rik", rates, WEIGHTS) - omega[:, None, None] * (c[moving] @ RATE.T)
         matrix = np.einsum("kp,rpij,lp->rikjl", WEIGHTS, slopes[..., 1:], BASIS, optimize=True) - turned
         rows = (len(moving), 3 * count)
-        step = solved_where_regular(matrix.reshape(*rows, 3 * count), left.reshape(rows)).reshape(left.shape)
+        step = solved_where_regular(matrix.reshape(*rows, 3 * count), residual.reshape(rows)).reshape(residual.shape)
         size[moving] = np.abs(step).max(axis=(1, 2))
         longest = np.maximum(np.abs(step[:, 0]).max(axis=1), 1e-300)
         c[moving] -= step * np.minimum(1.0, LONGEST_STEP / longest)[:, None, None]
         moving = moving[size[moving] > SMALLEST_STEP]
-    found = (size < BALANCED) & ~_pulled_in(members, c)
-    return np.where(found[:, None, None], c, np.nan)
+    is_balanced = (size < BALANCED) & ~_pulled_in(members, c)
+    return np.where(is_balanced[:, None, None], c, np.nan)
 
 
 def _pulled_in(members: Members, c: Array) -> npt.NDArray[np.bool_]:

@@ -33,17 +33,17 @@ class Asked(NamedTuple):
 
 def read_predictions(texts: Sequence[str]) -> list[Asked]:
     """Read predictions from texts such as ``stroke@1.5 kV`` and ``pull-in``."""
-    found = []
+    predictions = []
     for text in texts:
         kind, at, voltage = (part.strip() for part in text.partition("@"))
         check_name("prediction", kind, PREDICTIONS)
         if bool(at) == (kind == "pull-in"):
             raise InputError(f"predict {text!r}: {'takes no voltage' if at else f'give a voltage, {kind}@1 kV'}")
         try:
-            found.append(Asked(text, kind, parse(f"predict {kind}", voltage, "V", above=0.0) if at else 0.0))
+            predictions.append(Asked(text, kind, parse(f"predict {kind}", voltage, "V", above=0.0) if at else 0.0))
         except FieldError as error:
             raise InputError(str(error)) from None
-    return found
+    return predictions
 
 
 def predictions_of(problem: Problem, logs: Array, covariance: Array, asked: Sequence[Asked]) -> xr.Dataset:

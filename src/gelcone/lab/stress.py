@@ -82,8 +82,8 @@ def branch_stresses(test: Coupon, times: Array, flow: str) -> Array:
 
     def rates(stretch: float, y: Array) -> Array:
         m, width = squared_lengths(test, stretch)
-        own = y.reshape(times.size, size)
-        return np.stack(one.rates(m, width, list(own.T), n), axis=-1).ravel()
+        branch_states = y.reshape(times.size, size)
+        return np.stack(one.rates(m, width, list(branch_states.T), n), axis=-1).ravel()
 
     states = _integrated(test, rates, start.ravel(), band=size - 1).reshape(-1, times.size, size)
     m, width = squared_lengths(test, test.stretch[:, None])
@@ -109,25 +109,25 @@ def _under_voltage(test: Coupon, gel: Material, law: StrainEnergyLaw, n: Mapping
     """The nominal stress of a coupon with a free width under a voltage: the stress across it is 0 at all times."""
     mu, count, flow = gel.shear_modulus, gel.branches, gel.flow or "log"
     field = _field_energy(test, gel.relative_permittivity) / mu
-    own = Branches(count, flow, 1, False)
+    maxwell_branches = Branches(count, flow, 1, False)
     numbers = {
         **{f"viscous_modulus_{k}": getattr(gel, f"viscous_modulus_{k}") / mu for k in range(1, count + 1)},
         **{f"flow_rate_{k}": 1.0 / getattr(gel, f"relaxation_time_{k}") for k in range(1, count + 1)},
         **{f"inverse_viscous_limit_{k}": 0.0 for k in range(1, count + 1)},
     }
-    across = partial(_width, law, n, own, numbers, field)
+    across = partial(_width, law, n, maxwell_branches, numbers, field)
 
     def rates(stretch: float, y: Array) -> Array:
         m = stretch * stretch
-        return np.stack(own.rates(m, across(m, list(y)), list(y), numbers))
+        return np.stack(maxwell_branches.rates(m, across(m, list(y)), list(y), numbers))
 
     m = test.stretch * test.stretch
     if count and test.history[0].size:
-        states = list(_integrated(test, rates, np.ones(len(own.states)), band=None).T)
+        states = list(_integrated(test, rates, np.ones(len(maxwell_branches.states)), band=None).T)
     else:
         states = []
     width = np.array([across(m[k], [y[k] for y in states]) for k in range(m.size)])
-    branches = own.stresses(m, width, states, numbers)[0] if states else 0.0
+    branches = maxwell_branches.stresses(m, width, states, numbers)[0] if states else 0.0
     true = law_stress(law, n, m, width) * test.stretch + branches - field * m * width
     return mu * np.where(np.isfinite(true), np.maximum(true, 0.0), np.nan) / test.stretch
 
@@ -167,18 +167,20 @@ def _integrated(test: Coupon, rates: Callable[[float, Array], Array], start: Arr
 
     times, states = [0.0], [start]
     bands = {} if band is None else {"lband": band, "uband": band}
-    for begin, end, first, rate, wanted in _pieces(test.history):
+    for begin, end, first, rate, sample_times in _pieces(test.history):
 
         def slopes(t: float, y: Array, begin: float = begin, first: float = first, rate: float = rate) -> Array:
             return rates(first + rate * (t - begin), y)
 
-        found = solve_ivp(
-            slopes, (begin, end), states[-1], "LSODA", t_eval=wanted, rtol=RELATIVE, atol=ABSOLUTE, **bands
+        solution = solve_ivp(
+            slopes, (begin, end), states[-1], "LSODA", t_eval=sample_times, rtol=RELATIVE, atol=ABSOLUTE, **bands
         )
-        if not found.success:
-            raise InputError(f"{test.name}: its branches could not be integrated ({found.message}); check its stretch")
-        times += list(found.t)
-        states += list(found.y.T)
+        if not solution.success:
+            raise InputError(
+                f"{test.name}: its branches could not be integrated ({solution.message}); check its stretch"
+            )
+        times += list(solution.t)
+        states += list(solution.y.T)
     return np.stack(states)[np.searchsorted(np.array(times), test.time, side="right") - 1]
 
 

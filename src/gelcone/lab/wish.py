@@ -218,7 +218,7 @@ def _table(content: Mapping[str, Any], key: str) -> dict[str, Any]:
         raise InputError(f"{key} = {str(given)[:60]!r}: must be a table, [{key}]")
     flat: dict[str, Any] = {}
     for name, value in given.items():
-        inner = {f"{name}.{own}": one for own, one in value.items()} if isinstance(value, dict) else {name: value}
+        inner = {f"{name}.{leaf}": entry for leaf, entry in value.items()} if isinstance(value, dict) else {name: value}
         flat |= inner
     most = MOST_FREE if key == "free" else MOST_TOLERANCES
     if len(flat) > most:
@@ -246,7 +246,7 @@ def _requirement(name: str, value: Any) -> Requirement:
 def _bounds(free: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
     from gelcone.devices.fields import DEVICE_FIELDS
 
-    found = {}
+    bounds = {}
     for name, value in free.items():
         check_name("device field", name, DEVICE_FIELDS, where="[free] ")
         low, colon, high = (part.strip() for part in str(value).partition(":"))
@@ -261,8 +261,8 @@ def _bounds(free: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
         ]
         if not ends[0] < ends[1]:
             raise InputError(f"[free] {name} = {str(value)[:60]!r}: the first bound must be the smaller one")
-        found[name] = (ends[0], ends[1])
-    return found
+        bounds[name] = (ends[0], ends[1])
+    return bounds
 
 
 def _number(text: str) -> Any:
@@ -312,21 +312,21 @@ def _tolerance(device: Device, name: str, value: Any) -> Tolerance:
 
 
 def _objectives(content: Mapping[str, Any]) -> tuple[Objective, ...]:
-    found = []
-    for key, known in (("smallest", SMALL), ("largest", LARGE)):
+    objectives = []
+    for key, allowed in (("smallest", SMALL), ("largest", LARGE)):
         given = content.get(key, [])
         listed: Sequence[Any] = [given] if isinstance(given, str) else given
         if not isinstance(listed, list) or not all(isinstance(name, str) for name in listed):
-            raise InputError(f'{key} = {str(given)[:60]!r}: must be a list of names, such as ["{known[0]}"]')
+            raise InputError(f'{key} = {str(given)[:60]!r}: must be a list of names, such as ["{allowed[0]}"]')
         for name in listed:
-            check_name("objective", name, known, where=f"{key}: ")
-            found.append(Objective(name, key == "largest"))
-    if len(found) > MOST_OBJECTIVES:
-        raise InputError(f"{len(found)} objectives: give at most {MOST_OBJECTIVES}")
-    names = [one.name for one in found]
+            check_name("objective", name, allowed, where=f"{key}: ")
+            objectives.append(Objective(name, key == "largest"))
+    if len(objectives) > MOST_OBJECTIVES:
+        raise InputError(f"{len(objectives)} objectives: give at most {MOST_OBJECTIVES}")
+    names = [objective.name for objective in objectives]
     if twice := next((name for k, name in enumerate(names) if name in names[:k]), ""):
         raise InputError(f"{twice}: is an objective twice; give it once")
-    return tuple(found) or (Objective("probability", True),)
+    return tuple(objectives) or (Objective("probability", True),)
 
 
 def _share(content: Mapping[str, Any], key: str, default: float, low: float, high: float) -> float:

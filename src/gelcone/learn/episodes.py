@@ -99,8 +99,8 @@ class Pool:
         """Draw ``count`` devices; one if nothing is uncertain. `InputError` if one of them has no rest."""
         drawn = device.replace_quietly(draw(uncertain, count, seed=seed)) if uncertain else device
         model, s = drawn.to_model(), drawn.scales
-        own = driven(model.system, breaks_down="dielectric_strength" in model.values)
-        members = Members(own, model.members().values, model.size)
+        system = driven(model.system, breaks_down="dielectric_strength" in model.values)
+        members = Members(system, model.members().values, model.size)
         disc = np.empty((members.size, 2))
         disc[:, 1] = drawn.release_velocity / s.velocity
         if drawn.release_height is None:
@@ -110,7 +110,7 @@ class Pool:
         each = np.ones(members.size)
         return cls(
             members,
-            own,
+            system,
             members.start_states(disc),
             *(each * scale for scale in (s.length, s.velocity, s.voltage, s.time)),
         )
@@ -154,8 +154,8 @@ class Episodes:
         self._run = steps(pool.system, tolerance, count, float(most))
         self._numbers = np.array([pool.members.own_numbers[name] for name in self._run.numbers])
         zero = np.zeros(pool.size)
-        found = pool.system.switches(zero, list(pool.starts.T), pool.members.own_numbers)
-        self._switches = np.stack([zero + found[name] for name in self._run.switch_names] or [zero], axis=1)
+        switches = pool.system.switches(zero, list(pool.starts.T), pool.members.own_numbers)
+        self._switches = np.stack([zero + switches[name] for name in self._run.switch_names] or [zero], axis=1)
         self._smallest = smallest_step(pool.members)
         self.displacement, self.target, self.voltage, self._velocity = (np.zeros(count) for _ in range(4))
         self._length, self._speed, self._volt, self._low, self._high = (np.ones(count) for _ in range(5))
@@ -172,9 +172,9 @@ class Episodes:
         run.lengths[where] = task.period / pool.time[which]
         run.smallest_step[where] = self._smallest[which]
         scales = (pool.length, pool.velocity, 1.0 / pool.voltage, *pool.reach)
-        own = (self._length, self._speed, self._volt, self._low, self._high)
-        for mine, scale in zip(own, scales, strict=True):
-            mine[where] = scale[which]
+        kept_scales = (self._length, self._speed, self._volt, self._low, self._high)
+        for kept_scale, scale in zip(kept_scales, scales, strict=True):
+            kept_scale[where] = scale[which]
         self.target[where] = rng.uniform(task.lowest, task.highest, where.size)
         self.voltage[where], self._age[where] = 0.0, 0
         self.displacement[where] = run.states[where, 0] * self._length[where]
@@ -215,10 +215,10 @@ class Episodes:
     def observe(self) -> npt.NDArray[np.float32]:
         """Make the observations of a controller, (count, 4), see `OBSERVED`."""
         task = self.task
-        found = np.empty((self.count, len(OBSERVED)), dtype=np.float32)
+        observations = np.empty((self.count, len(OBSERVED)), dtype=np.float32)
         share = 1.0 / task.span
-        found[:, 0] = (self.displacement - task.lowest) * share
-        found[:, 1] = self._velocity * (share * task.radian)
-        found[:, 2] = (self.target - task.lowest) * share
-        found[:, 3] = self.voltage * (1.0 / task.highest_voltage)
-        return np.clip(found, -LARGEST, LARGEST, out=found)
+        observations[:, 0] = (self.displacement - task.lowest) * share
+        observations[:, 1] = self._velocity * (share * task.radian)
+        observations[:, 2] = (self.target - task.lowest) * share
+        observations[:, 3] = self.voltage * (1.0 / task.highest_voltage)
+        return np.clip(observations, -LARGEST, LARGEST, out=observations)

@@ -37,16 +37,18 @@ def longest(gel: Gel, V: Array, grid: int = GRID) -> Array:
     """The meridional length of the innermost ring at which it localises, (voltages,); NaN where it does not localise
     below the stretch limit."""
     lengths = np.geomspace(SHORTEST, LONGEST, grid)[:, None] * np.ones(V.size)
-    one = np.ones_like(lengths)
+    unit_hoop = np.ones_like(lengths)
     with np.errstate(all="ignore"):
-        ring = gel.at(lengths, one, np.broadcast_to(V, lengths.shape))
+        ring = gel.at(lengths, unit_hoop, np.broadcast_to(V, lengths.shape))
         share = gel.strain(lengths * lengths, ring.width) / gel.strain_limit
         lost = (ring.meridional > 0.0) & (share < 1.0) & (ring.tangent_stiffness <= 0.0)
-        first, found = np.argmax(lost, axis=0), np.full(V.size, np.nan)
-        own = np.flatnonzero(lost.any(axis=0) & (first > 0))
-        ends = lengths[first[own] - 1, 0], lengths[first[own], 0]
-        found[own] = sign_changes(lambda l1: gel.at(l1, np.ones_like(l1), V[own]).tangent_stiffness, *ends)
-    return found
+        first, ring_lengths = np.argmax(lost, axis=0), np.full(V.size, np.nan)
+        crossed = np.flatnonzero(lost.any(axis=0) & (first > 0))
+        ends = lengths[first[crossed] - 1, 0], lengths[first[crossed], 0]
+        ring_lengths[crossed] = sign_changes(
+            lambda l1: gel.at(l1, np.ones_like(l1), V[crossed]).tangent_stiffness, *ends
+        )
+    return ring_lengths
 
 
 def lowest_localisation(gel: Gel, highest: float) -> float:
@@ -91,35 +93,35 @@ class Columns:
     @cached_property
     def first(self) -> Array:
         """Force without voltage of each column."""
-        found = np.full(self.heights.size, np.nan)
+        forces = np.full(self.heights.size, np.nan)
         start = self.V == 0.0
-        found[self.column[start]] = self.measures.force[start]
-        return found
+        forces[self.column[start]] = self.measures.force[start]
+        return forces
 
     def falls(self, values: Array) -> Array:
         """The V of each column at which ``values`` of its states fall through zero; NaN where they do not."""
-        found = np.full(self.heights.size, np.nan)
+        crossings = np.full(self.heights.size, np.nan)
         for k in range(self.heights.size):
-            V, own = self.along(k, values)
-            after = np.flatnonzero((own[:-1] > 0.0) & (own[1:] <= 0.0))
+            V, column_values = self.along(k, values)
+            after = np.flatnonzero((column_values[:-1] > 0.0) & (column_values[1:] <= 0.0))
             if after.size:
                 j = after[0]
-                found[k] = V[j] + (V[j + 1] - V[j]) * own[j] / (own[j] - own[j + 1])
-        return found
+                crossings[k] = V[j] + (V[j + 1] - V[j]) * column_values[j] / (column_values[j] - column_values[j + 1])
+        return crossings
 
     def along(self, k: int, values: Array) -> tuple[Array, Array]:
         """V and ``values`` of the states of a column, in the order of V."""
-        own = np.flatnonzero(self.column == k)
-        own = own[np.argsort(self.V[own])]
-        return self.V[own], values[own]
+        indices = np.flatnonzero(self.column == k)
+        indices = indices[np.argsort(self.V[indices])]
+        return self.V[indices], values[indices]
 
 
 def localised(gel: Gel, found: Columns) -> Array:
     """Mask of the columns that end because the ring at the disc or the one at the rim localises."""
     V, edge = np.zeros((2, found.heights.size))
     for k in map(int, np.flatnonzero(np.isfinite(found.first))):
-        own, edges = found.along(k, found.measures.edge)
-        V[k], edge[k] = own[-1], edges[-1]
+        voltages, edges = found.along(k, found.measures.edge)
+        V[k], edge[k] = voltages[-1], edges[-1]
     with np.errstate(invalid="ignore"):
         near: Array = np.sqrt(edge) > LONG * longest(gel, V * (1.0 + NEXT))
     return (V > 0.0) & (found.end < found.top * (1.0 - FINEST)) & near
@@ -177,13 +179,13 @@ def columns(
         step = np.minimum(step, top - reached)
         live = live[step[live] >= 0.999 * least[live]]
     parts = zip(*kept, strict=True)
-    found = Columns(
+    all_columns = Columns(
         np.concatenate(column), np.concatenate(V), Measures(*(np.concatenate(part) for part in parts)), heights, slack,
         np.minimum(0.5 * (reached + np.where(np.isfinite(failed), failed, reached)), top),
         top,
         Chains(reached, r, z, tension, started),
     )  # fmt: skip
-    return found
+    return all_columns
 
 
 def _lengths(r: Array, z: Array) -> Array:

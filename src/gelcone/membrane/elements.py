@@ -145,12 +145,12 @@ class Elements:
     def _without_voltage(self, x: Array, until_lost: bool) -> Chains:
         """Finds states without voltage from straight cones, or else by steps from the state of the nearest height."""
         at = self.found(self.cones(x, np.zeros(x.size)))
-        known = np.flatnonzero(at.found)
-        for k in np.flatnonzero(~at.found) if known.size else []:
-            nearest = known[np.argmin(np.abs(np.log(x[known] / x[k])))]
-            own = self._moved(at.where(np.array([nearest])), float(x[k]))
-            for values, found in zip(at, own, strict=True):
-                values[k] = found[0]
+        solved = np.flatnonzero(at.found)
+        for k in np.flatnonzero(~at.found) if solved.size else []:
+            nearest = solved[np.argmin(np.abs(np.log(x[solved] / x[k])))]
+            moved = self._moved(at.where(np.array([nearest])), float(x[k]))
+            for values, moved_values in zip(at, moved, strict=True):
+                values[k] = moved_values[0]
             if until_lost and not at.found[k]:
                 break
         return at
@@ -161,9 +161,9 @@ class Elements:
         while now != x and step > SHORTEST_STEP:
             way = np.log(x / now)
             target = x if abs(way) <= step else now * np.exp(np.copysign(step, way))
-            found = self.found(at._replace(z=at.z * (target / now), tension=at.tension * (target / now)))
-            if found.found[0]:
-                at, now, step = found, target, min(2.0 * step, LONGEST_STEP)
+            moved = self.found(at._replace(z=at.z * (target / now), tension=at.tension * (target / now)))
+            if moved.found[0]:
+                at, now, step = moved, target, min(2.0 * step, LONGEST_STEP)
             else:
                 step *= 0.5
         return at._replace(found=at.found & (now == x))
@@ -258,8 +258,8 @@ class Elements:
         fine = [values[:, :-1, None] + np.diff(values, axis=1)[:, :, None] * share for values in (l1, l2)]
         V = np.broadcast_to(at.V[:, None, None], fine[0].shape)
         with np.errstate(all="ignore"):
-            found: Array = np.min(self.gel.at(fine[0], fine[1], V).tangent_stiffness, axis=(1, 2))
-        return found
+            stiffness: Array = np.min(self.gel.at(fine[0], fine[1], V).tangent_stiffness, axis=(1, 2))
+        return stiffness
 
     def measures(self, at: Chains) -> Measures:
         """The measures of states; NaN for those that were not found."""
@@ -277,7 +277,7 @@ class Elements:
         rim = (l1[:, -1] + outwards * (l1[:, -1] - l1[:, -2])) ** 2
         with np.errstate(all="ignore"):
             edges = [m * self.gel.width(np.sqrt(m), np.ones_like(m), at.V) for m in (disc, rim)]
-        found = (
+        measures = (
             at.z[:, 0],
             force,
             area,
@@ -288,7 +288,7 @@ class Elements:
             np.min(stress, axis=1),
             np.max(stress, axis=1),
         )
-        return Measures(*(np.where(at.found, values, np.nan) for values in found))
+        return Measures(*(np.where(at.found, values, np.nan) for values in measures))
 
 
 def _solved(band: Array, right: Array, known: Array) -> Array:
@@ -306,10 +306,10 @@ def _solved(band: Array, right: Array, known: Array) -> Array:
         band[BAND, ~known] = 1.0
         stored = np.zeros((diagonals + BAND, states * unknowns))
         stored[BAND:] = band.reshape(diagonals, -1)
-        _, _, found, singular = dgbsv(BAND, BAND, stored, right.ravel(), overwrite_ab=True)
+        _, _, solution, singular = dgbsv(BAND, BAND, stored, right.ravel(), overwrite_ab=True)
         if singular == 0:
             break
         known[(singular - 1) // unknowns] = False
-    solved: Array = found.reshape(states, unknowns)
+    solved: Array = solution.reshape(states, unknowns)
     solved[~known] = np.nan
     return solved

@@ -105,10 +105,10 @@ def names(piece: str, what: str) -> np.ndarray[Any, np.dtype[Any]]:
 
 def numbered(name: str, shape: tuple[int, ...]) -> np.ndarray[Any, np.dtype[Any]]:
     """Names that end in the indices of their places in an array of a ``shape``."""
-    found = np.empty(shape, dtype=object)
-    for place in np.ndindex(shape):
-        found[place] = "_".join([name, *map(str, place)])
-    return found
+    names = np.empty(shape, dtype=object)
+    for index in np.ndindex(shape):
+        names[index] = "_".join([name, *map(str, index)])
+    return names
 
 
 def place(piece: str, s: Any, n: Numbers) -> tuple[Any, Any]:
@@ -160,11 +160,11 @@ class Held:
             counts = np.where(distance > 0.0, 1.0, 0.0) if behind is None else behind[k]
             if getattr(counts, "value", None) == 0.0:
                 continue
-            factor, own = counts * distance, self._tensor(kink, q)
-            square, twice = factor * factor, 2.0 * factor * own[0]
-            total = total + square * own[0]
-            by_u = by_u + square * own[1] - twice * at_slope
-            by_q = by_q + square * own[2] + twice
+            factor, tensor = counts * distance, self._tensor(kink, q)
+            square, twice = factor * factor, 2.0 * factor * tensor[0]
+            total = total + square * tensor[0]
+            by_u = by_u + square * tensor[1] - twice * at_slope
+            by_q = by_q + square * tensor[2] + twice
         by_s, by_v = (by_u + by_q * q_by_u) * self.u_slope, by_q * q_by_v
         if self.piece == "near":
             base = self.W - V
@@ -247,10 +247,10 @@ def ends(piece: str, u: Any, q: Any, n: Numbers) -> Ends:
 
 def double_sum(name: np.ndarray[Any, np.dtype[Any]], power: Sequence[Any], q: Any, n: Numbers) -> Any:
     """The sum of c_ij u^i q^j, whose c_ij have the names ``name``, from the powers of u."""
-    found: Any = 0.0
+    total: Any = 0.0
     for column in name.T[::-1]:
-        found = found * q + _sum([n[one] for one in column], power)
-    return found
+        total = total * q + _sum([n[cell] for cell in column], power)
+    return total
 
 
 def columns(piece: str, what: str, n: Numbers, power: Sequence[Any], q: Any) -> tuple[Any, Any]:
@@ -272,17 +272,17 @@ def columns(piece: str, what: str, n: Numbers, power: Sequence[Any], q: Any) -> 
 def _rows(piece: str, what: str, n: Numbers, like: Any) -> Any:
     """The c_ij as an array that broadcasts against ``like``."""
     named = names(piece, what)
-    own = np.array([n[name] for name in named.ravel()])
-    return own.reshape(named.shape + (1,) * (np.ndim(like) - own.ndim + 1) + own.shape[1:])
+    values = np.array([n[name] for name in named.ravel()])
+    return values.reshape(named.shape + (1,) * (np.ndim(like) - values.ndim + 1) + values.shape[1:])
 
 
 def powers(u: Any, most: int) -> list[Any]:
     """1, u, u^2, ... to the power ``most``."""
-    found = [1.0, u]
-    while len(found) <= most:
-        half = len(found) // 2
-        found.append(found[half] * found[len(found) - half])
-    return found
+    powers = [1.0, u]
+    while len(powers) <= most:
+        half = len(powers) // 2
+        powers.append(powers[half] * powers[len(powers) - half])
+    return powers
 
 
 def _line(piece: str, what: str, n: Numbers, power: Sequence[Any]) -> tuple[Any, Any]:
@@ -296,7 +296,7 @@ def _line_of(own: Sequence[Any], power: Sequence[Any]) -> tuple[Any, Any]:
 
 
 def _sum(coefficients: Sequence[Any], power: Sequence[Any]) -> Any:
-    found = coefficients[0]
+    total = coefficients[0]
     for c, value in zip(coefficients[1:], power[1:], strict=False):
-        found = found + c * value
-    return found
+        total = total + c * value
+    return total

@@ -62,8 +62,8 @@ class Gel:
 
     def strain(self, m: Array, n: Array) -> Array:
         """I1 - 3."""
-        found: Array = self.A * m + self.B * n + self.G / (m * n) - 3.0
-        return found
+        strain: Array = self.A * m + self.B * n + self.G / (m * n) - 3.0
+        return strain
 
     def natural(self, m: Array, V: Array, guess: Array, steps: int = ENOUGH) -> Array:
         """The squared width n of zero hoop stress, B - r/n = V m K with r = G/(m n) and the compliance K.
@@ -71,17 +71,17 @@ class Gel:
         The left side less the right one rises and is concave (Gent, neo-Hookean), so that Newton's method converges
         from below. Iterations continue only for widths that neither stay nor alternate between two values.
         """
-        found, places = np.array(guess, dtype=float), np.arange(np.size(guess))
-        gel, n, Am, Vm = self, found.copy(), self.A * m, V * m
+        widths, places = np.array(guess, dtype=float), np.arange(np.size(guess))
+        gel, n, Am, Vm = self, widths.copy(), self.A * m, V * m
         before, least = np.full_like(n, np.nan), np.sqrt(self.G / (self.B * m))
-        for left in reversed(range(steps)):
+        for remaining in reversed(range(steps)):
             r = gel.G / (m * n)
             strain, thin = Am + gel.B * n + r - 3.0, gel.B - r / n
             excess = thin - Vm * gel.law.compliance(strain, gel.numbers)
             slope = 2.0 * r / (n * n) + Vm * gel.law.stiffening(strain, gel.numbers) * thin
             after = np.minimum(np.maximum(n - excess / slope, np.maximum(least, 0.4 * n)), 3.0 * n)
             swings = after == before
-            found[places] = np.where(swings, n, after) if left % 2 else after
+            widths[places] = np.where(swings, n, after) if remaining % 2 else after
             moves = ~(swings | (after == n) | np.isnan(after))
             before, n = n, after
             if 2 * np.count_nonzero(moves) > n.size:
@@ -89,13 +89,13 @@ class Gel:
             if not moves.any():
                 break
             gel = gel._of(moves)
-            places, before, n, m, Am, Vm, least = (one[moves] for one in (places, before, n, m, Am, Vm, least))
-        return found
+            places, before, n, m, Am, Vm, least = (array[moves] for array in (places, before, n, m, Am, Vm, least))
+        return widths
 
     def _of(self, places: Array) -> Gel:
         """The gel at the places of a mask, if its numbers are arrays over places."""
-        own = {name: taken(value, places) for name, value in self.numbers.items()}
-        return Gel(self.law, own, taken(self.A, places), taken(self.B, places))
+        numbers = {name: taken(value, places) for name, value in self.numbers.items()}
+        return Gel(self.law, numbers, taken(self.A, places), taken(self.B, places))
 
     def width(self, l1: Array, l2: Array, V: Array) -> Array:
         """The squared width of rings, natural where their hoop is slack."""
@@ -119,8 +119,8 @@ class Gel:
         m, h = l1 * l1, l2 * l2
         r = self.G / (m * h)
         compliance = self.law.compliance(self.A * m + self.B * h + r - 3.0, self.numbers)
-        found: Array = self.B * h - r - V * m * h * compliance
-        return found
+        stress: Array = self.B * h - r - V * m * h * compliance
+        return stress
 
     def ring(self, l1: Array, l2: Array, V: Array, slack: Array, n: Array) -> Ring:
         """Tensions of rings of the squared widths n; ``slack`` is the mask of those whose hoop is slack."""

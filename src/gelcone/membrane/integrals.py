@@ -20,12 +20,12 @@ def integrals(pull: Callable[..., Pull], low: Any, high: Any, V: Any, n: Numbers
     elsewhere it is log(s + c).
     """
     add = np.where(low > 0.0, 0.0, c)
-    begin = np.log(low + add)
-    length = np.log(np.maximum(high, low) + add) - begin
+    start = np.log(low + add)
+    length = np.log(np.maximum(high, low) + add) - start
     places, weights = np.polynomial.legendre.leggauss(POINTS)
     k = by_v = 0.0
     for place, weight in zip(0.5 * (places + 1.0), 0.5 * weights, strict=True):
-        shifted = np.exp(begin + place * length)
-        own = pull(shifted - add, V, n)
-        k, by_v = k + weight * shifted * own.k, by_v + weight * shifted * own.by_v
+        shifted = np.exp(start + place * length)
+        integrand = pull(shifted - add, V, n)
+        k, by_v = k + weight * shifted * integrand.k, by_v + weight * shifted * integrand.by_v
     return length * k, length * by_v

@@ -13,8 +13,8 @@ SMALLEST = 1e-6
 
 def products(u: Array, q: Array, degrees: tuple[int, int]) -> Array:
     """Products of Chebyshev polynomials of u and 2 q - 1, (places, products)."""
-    found: Array = chebyshev.chebvander2d(u, 2.0 * q - 1.0, degrees)
-    return found
+    terms: Array = chebyshev.chebvander2d(u, 2.0 * q - 1.0, degrees)
+    return terms
 
 
 def products_with_slope(u: Array, q: Array, degrees: tuple[int, int]) -> tuple[Array, Array]:
@@ -26,27 +26,27 @@ def products_with_slope(u: Array, q: Array, degrees: tuple[int, int]) -> tuple[A
 
 def solved(matrix: Array, values: Array, weight: Array, smallest: float = SMALLEST) -> Array:
     """The coefficients of the columns of ``matrix`` whose weighted sum of squared errors from ``values`` is least."""
-    found: Array = np.linalg.lstsq(matrix * weight[:, None], values * weight, rcond=smallest)[0]
-    return found
+    coefficients: Array = np.linalg.lstsq(matrix * weight[:, None], values * weight, rcond=smallest)[0]
+    return coefficients
 
 
 def line(u: Array, values: Array, degree: int, weight: Array) -> Array:
     """The polynomial of u through values, by rising powers."""
-    found: Array = chebyshev.cheb2poly(solved(chebyshev.chebvander(u, degree), values, weight))
-    return found
+    powers: Array = chebyshev.cheb2poly(solved(chebyshev.chebvander(u, degree), values, weight))
+    return powers
 
 
 def chebyshev_to_powers(rows: Array) -> Array:
     """Converts coefficients of Chebyshev polynomials of u and 2 q - 1 to those of powers of u and q."""
     in_u = np.apply_along_axis(_padded, 0, rows)
     shifted = np.zeros_like(in_u)
-    for row, own in zip(shifted, in_u, strict=True):
-        total = polynomial.Polynomial(_padded(own))(polynomial.Polynomial([-1.0, 2.0])).coef
+    for row, coefficients in zip(shifted, in_u, strict=True):
+        total = polynomial.Polynomial(_padded(coefficients))(polynomial.Polynomial([-1.0, 2.0])).coef
         row[: total.size] = total
     return shifted
 
 
 def _padded(coefficients: Array) -> Array:
     """Coefficients of powers for those of Chebyshev polynomials, in equal number; NumPy drops trailing zeros."""
-    found = chebyshev.cheb2poly(coefficients)
-    return np.pad(found, (0, coefficients.size - found.size))
+    powers = chebyshev.cheb2poly(coefficients)
+    return np.pad(powers, (0, coefficients.size - powers.size))

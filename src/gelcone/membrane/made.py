@@ -77,8 +77,8 @@ def _stored(law: Any, law_names: tuple[str, ...], row: tuple[float, ...]) -> tup
 def refusal(law: Any, law_numbers: Mapping[str, Any], ratio: Any, A: Any, B: Any) -> str:
     """The reason why one film has no table; empty where it has one."""
     row = np.concatenate([rounded(value) for value in (ratio, A, B, *law_numbers.values())])
-    found = _made(law, tuple(law_numbers), tuple(row.tolist()))
-    return found if isinstance(found, str) else ""
+    outcome = _made(law, tuple(law_numbers), tuple(row.tolist()))
+    return outcome if isinstance(outcome, str) else ""
 
 
 def rounded(values: Any) -> Array:
@@ -89,15 +89,15 @@ def rounded(values: Any) -> Array:
 @lru_cache(maxsize=MOST)
 def _made(law: Any, law_names: tuple[str, ...], row: tuple[float, ...]) -> tuple[float, ...] | str:
     """The numbers of one table, in the order of their names, or the reason why there is none."""
-    ratio, A, B, *own = row
+    ratio, A, B, *law_numbers = row
 
     def make() -> bytes:
         try:
             with np.errstate(all="ignore"):
-                found = table(Gel(law, dict(zip(law_names, own, strict=True)), A, B), ratio)
+                numbers = table(Gel(law, dict(zip(law_names, law_numbers, strict=True)), A, B), ratio)
         except InputError as refusal:  # stored like a table, since finding it takes seconds, too
             return str(refusal).encode()
-        return np.array([found[name] for name in names()]).tobytes()
+        return np.array([numbers[name] for name in names()]).tobytes()
 
     parts, sources = _stored(law, law_names, row)
     content = disk_cache.made(KIND, parts, make, sources)

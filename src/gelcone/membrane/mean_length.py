@@ -42,14 +42,14 @@ def fitted(film: Elements, begin: float, reach: float) -> dict[str, float]:
     rise = np.append(LOWEST**2, np.geomspace(NEXT**2, reach - begin, HEIGHTS))
     length = mean_lengths(film, np.sqrt(begin + rise))
     rise, length = rise[1:] - rise[0], length[1:]
-    known = np.isfinite(length)
-    if known.sum() <= DEGREE:
+    is_known = np.isfinite(length)
+    if is_known.sum() <= DEGREE:
         raise InputError(TOO_FEW)
     scale = FALLING if film.gel.has_rims else SCALE
-    ratio = (length[known] - 1.0) / rise[known]
-    place = (rise[known] - scale) / (rise[known] + scale)
-    own = chebyshev.cheb2poly(chebyshev.chebfit(place, ratio, DEGREE, w=1.0 / ratio))
-    return dict(zip(NAMES, [begin, scale, *map(float, own)], strict=True))
+    ratio = (length[is_known] - 1.0) / rise[is_known]
+    place = (rise[is_known] - scale) / (rise[is_known] + scale)
+    coefficients = chebyshev.cheb2poly(chebyshev.chebfit(place, ratio, DEGREE, w=1.0 / ratio))
+    return dict(zip(NAMES, [begin, scale, *map(float, coefficients)], strict=True))
 
 
 def mean_lengths(film: Elements, heights: Array) -> Array:

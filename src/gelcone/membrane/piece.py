@@ -91,8 +91,8 @@ class FittedFilm:
 
     def height(self, s: Array) -> Array:
         """The height of the states whose force over the height is that at s."""
-        found: Array = np.sqrt(np.maximum(s, 0.0) + (FOLDED if self.gel.has_rims else 0.0))
-        return found
+        height: Array = np.sqrt(np.maximum(s, 0.0) + (FOLDED if self.gel.has_rims else 0.0))
+        return height
 
     @cached_property
     def low(self) -> float:
@@ -154,17 +154,17 @@ def fit_piece(film: FittedFilm, piece: str, begin: float, end: float) -> None:
     _lengths(film, piece, fitted, u, inside)
     if piece == "near" or film.numbers["cut_squared"] < 0.0:
         _flat_area(film, piece, fitted)
-    for one, own in zip((fitted, checked), whole, strict=True):
-        below = np.flatnonzero(own & _below(film, piece, one))
-        film.errors.append(_error(film, piece, one, below))
-        film.gain_errors.append(_gain_error(film, piece, one, below))
+    for piece_columns, is_whole in zip((fitted, checked), whole, strict=True):
+        below = np.flatnonzero(is_whole & _below(film, piece, piece_columns))
+        film.errors.append(_error(film, piece, piece_columns, below))
+        film.gain_errors.append(_gain_error(film, piece, piece_columns, below))
 
 
 def _pulls(film: Elements, x: Array) -> Array:
     """Mask of the heights at which a state without voltage is found that pulls."""
     with np.errstate(invalid="ignore"):
-        found: Array = film.measures(film.unloaded(x)).force > 0.0
-    return found
+        is_pulling: Array = film.measures(film.unloaded(x)).force > 0.0
+    return is_pulling
 
 
 def _tops(film: FittedFilm, piece: str, x: Array) -> tuple[Array, Array]:
@@ -178,15 +178,15 @@ def _tops(film: FittedFilm, piece: str, x: Array) -> tuple[Array, Array]:
     limit = n["slack_limit"] if n["slack_limit"] < NEVER else 0.0
     highest = max(limit, n["flat_voltage"], 1.0, ABOVE * lowest)
     states = film.elements.unloaded(x)
-    own = np.sqrt(film.elements.measures(states).disc)
+    column_lengths = np.sqrt(film.elements.measures(states).disc)
     V = np.geomspace(lowest * 1.0001, highest, 60)
     length = longest(gel, V)
     if not np.isfinite(length).any():
         length = longest(gel, V, LOWEST_GRID)
-    known = np.isfinite(length)
-    if not known.any():
+    is_known = np.isfinite(length)
+    if not is_known.any():
         raise not_made(gel, "no voltage is found at which this film localises", "wrinkling")
-    expected = np.interp(-own, -length[known], V[known], left=lowest, right=V[known][-1])
+    expected = np.interp(-column_lengths, -length[is_known], V[is_known], left=lowest, right=V[is_known][-1])
     return 1.3 * expected, expected
 
 
@@ -210,11 +210,11 @@ def _pull_in(film: FittedFilm, u: Array, fitted: Columns) -> Array:
     limit = fitted.end.copy()
     # where a film raised in voltage localises at the lowest V of all rings, it is another ring than the innermost
     length = longest(film.gel, np.array([lowest * (1.0 + 1e-6)]), LOWEST_GRID)[0]
-    own = np.array([np.interp(lowest, *fitted.along(k, np.sqrt(fitted.measures.disc))) for k in range(u.size)])
+    ring_lengths = np.array([np.interp(lowest, *fitted.along(k, np.sqrt(fitted.measures.disc))) for k in range(u.size)])
     place = force.place("far", film.squared(fitted.heights), n)[0]
-    order = np.argsort(own)
-    star = float(np.interp(length, own[order], place[order]))
-    star = star if own.max() > length else float(place.max()) + 1.0
+    order = np.argsort(ring_lengths)
+    star = float(np.interp(length, ring_lengths[order], place[order]))
+    star = star if ring_lengths.max() > length else float(place.max()) + 1.0
     cut = n["cut_squared"]
     begin = float(force.place("far", max(cut, 0.0), n)[0]) - NEXT
     t = np.sqrt(place - begin)
@@ -270,21 +270,21 @@ def _curves(film: FittedFilm, piece: str, u: Array, fitted: Columns) -> None:
 
 def _curve(u: Array, q: Array, met: Array) -> Array:
     """The polynomial of u through the q that are ``met``, which stays above 1 at the other u."""
-    own = met | np.roll(met, 1) | np.roll(met, -1)
+    is_fitted = met | np.roll(met, 1) | np.roll(met, -1)
     while True:
-        degree = min(CURVE, int(own.sum()) - 1)
-        values = line(u[own], np.where(met, q, NOT_MET)[own], degree, np.ones(int(own.sum())))
-        wrong = ~own & (polynomial.polyval(u, values) < 1.0)
+        degree = min(CURVE, int(is_fitted.sum()) - 1)
+        values = line(u[is_fitted], np.where(met, q, NOT_MET)[is_fitted], degree, np.ones(int(is_fitted.sum())))
+        wrong = ~is_fitted & (polynomial.polyval(u, values) < 1.0)
         if not wrong.any():
             return values
-        own |= wrong
+        is_fitted |= wrong
 
 
 def _scale_at(film: FittedFilm, piece: str, u: Array) -> Array:
     """W at u."""
     rise = [film.numbers[name] for name in force.names(piece, "rise")]
-    found: Array = film.numbers[f"{piece}_start"] + (u + 1.0) * polynomial.polyval(u, rise)
-    return found
+    scale: Array = film.numbers[f"{piece}_start"] + (u + 1.0) * polynomial.polyval(u, rise)
+    return scale
 
 
 def _force(film: FittedFilm, piece: str, fitted: Columns, u: Array, inside: Array) -> None:
@@ -306,11 +306,11 @@ def _force(film: FittedFilm, piece: str, fitted: Columns, u: Array, inside: Arra
     sizes = np.cumsum([value.shape[1] for value, _ in parts])[:-1]
     total, by_q = (np.hstack(each) for each in zip(*parts, strict=True))
     slope = base[:, None] * by_q * q_by_v[:, None] - (total if piece == "near" else 0.0)
-    own, (by_v, size) = fitted.measures.force[inside], _slopes(fitted, inside)
-    known = np.isfinite(by_v)
-    matrix = np.vstack([total * (base * x)[:, None], (slope * x[:, None])[known]])
-    weights = 1.0 / (own + FLOOR_FITTED * film.floor(fitted, inside)), GAIN_WEIGHT / size[known]
-    coefficients = solved(matrix, np.concatenate([own, by_v[known]]), np.concatenate(weights))
+    forces, (by_v, size) = fitted.measures.force[inside], _slopes(fitted, inside)
+    is_known = np.isfinite(by_v)
+    matrix = np.vstack([total * (base * x)[:, None], (slope * x[:, None])[is_known]])
+    weights = 1.0 / (forces + FLOOR_FITTED * film.floor(fitted, inside)), GAIN_WEIGHT / size[is_known]
+    coefficients = solved(matrix, np.concatenate([forces, by_v[is_known]]), np.concatenate(weights))
     values = np.split(coefficients, sizes)
     rows = chebyshev_to_powers(values[0].reshape(main[0] + 1, main[1] + 1))
     if alone > main[0]:
@@ -328,13 +328,13 @@ def _slopes(found: Columns, which: Array) -> tuple[Array, Array]:
 
     slope, scale = np.full((2, found.V.size), np.nan)
     for k in range(found.heights.size):
-        own = np.flatnonzero(found.column == k)
-        own = own[np.argsort(found.V[own])]
-        if own.size >= 4:
-            through = CubicSpline(found.V[own], found.measures.force[own])
-            own = own[found.V[own] <= GAIN_SHARE * found.V[own[-1]]]
-            slope[own] = through(found.V[own], 1)
-            scale[own] = np.abs(slope[own]) + GAIN_FLOOR * np.max(np.abs(slope[own]))
+        indices = np.flatnonzero(found.column == k)
+        indices = indices[np.argsort(found.V[indices])]
+        if indices.size >= 4:
+            through = CubicSpline(found.V[indices], found.measures.force[indices])
+            indices = indices[found.V[indices] <= GAIN_SHARE * found.V[indices[-1]]]
+            slope[indices] = through(found.V[indices], 1)
+            scale[indices] = np.abs(slope[indices]) + GAIN_FLOOR * np.max(np.abs(slope[indices]))
     return slope[which], scale[which]
 
 
@@ -342,9 +342,9 @@ def _lengths(film: FittedFilm, piece: str, fitted: Columns, u: Array, inside: Ar
     """Fits the squared length of the innermost ring and the largest squared field over V."""
     at, _, q, _ = _places(film, piece, fitted, u, inside)
     for what, values in (("disc", fitted.measures.disc), ("field", fitted.measures.field**2)):
-        own = values[inside]
-        found = solved(products(at, q, LENGTH), own, 1.0 / own)
-        _set(film, piece, what, chebyshev_to_powers(found.reshape(LENGTH[0] + 1, LENGTH[1] + 1)))
+        inside_values = values[inside]
+        coefficients = solved(products(at, q, LENGTH), inside_values, 1.0 / inside_values)
+        _set(film, piece, what, chebyshev_to_powers(coefficients.reshape(LENGTH[0] + 1, LENGTH[1] + 1)))
 
 
 def _flat_area(film: FittedFilm, piece: str, fitted: Columns) -> None:
@@ -359,8 +359,8 @@ def _flat_area(film: FittedFilm, piece: str, fitted: Columns) -> None:
         weight = np.ones(V.size)
         if film.gel.has_rims and piece == "near":
             ends = [fitted.along(k, fitted.measures.area) for k in range(fitted.heights.size)]
-            near = [(own[-1], last[-1]) for own, last in ends if own.size and own[-1] > V[-1]]
-            V, area = np.append(V, [one for one, _ in near]), np.append(area, [other for _, other in near])
+            near = [(voltages[-1], last[-1]) for voltages, last in ends if voltages.size and voltages[-1] > V[-1]]
+            V, area = np.append(V, [level for level, _ in near]), np.append(area, [last_area for _, last_area in near])
             weight = np.ones(V.size)
         elif film.gel.has_rims:
             s = np.square(fitted.heights)[fitted.column]
@@ -384,9 +384,9 @@ def _places(film: FittedFilm, piece: str, fitted: Columns, u: Array, inside: Arr
 def _error(film: FittedFilm, piece: str, found: Columns, inside: Array) -> float:
     """Largest error of the force of states, over the force and a tenth of that without voltage."""
     column, V = found.column[inside], found.V[inside]
-    x, own = found.heights[column], found.measures.force[inside]
+    x, forces = found.heights[column], found.measures.force[inside]
     k = force.pull(piece, film.squared(x), V, film.numbers).k
-    return float(np.max(np.abs(x * k - own) / (own + FLOOR * film.floor(found, inside))))
+    return float(np.max(np.abs(x * k - forces) / (forces + FLOOR * film.floor(found, inside))))
 
 
 def _gain_error(film: FittedFilm, piece: str, found: Columns, inside: Array) -> float:
@@ -395,13 +395,13 @@ def _gain_error(film: FittedFilm, piece: str, found: Columns, inside: Array) -> 
     column, V = found.column[inside], found.V[inside]
     x = found.heights[column]
     taken = found.first[column] - found.measures.force[inside]
-    without, own = (force.pull(piece, film.squared(x), at, film.numbers).k for at in (np.zeros_like(V), V))
-    return float(np.max(np.abs(x * (without - own) / taken - 1.0), initial=0.0))
+    without, under_voltage = (force.pull(piece, film.squared(x), at, film.numbers).k for at in (np.zeros_like(V), V))
+    return float(np.max(np.abs(x * (without - under_voltage) / taken - 1.0), initial=0.0))
 
 
 def _set(film: FittedFilm, piece: str, what: str, values: Array) -> None:
     """Sets numbers of a piece; those of higher degrees than ``values`` to zero."""
     name = force.names(piece, what)
-    own = np.zeros(name.shape)
-    own[tuple(map(slice, np.shape(values)))] = values
-    film.numbers |= {str(key): float(value) for key, value in zip(name.ravel(), np.ravel(own), strict=True)}
+    padded = np.zeros(name.shape)
+    padded[tuple(map(slice, np.shape(values)))] = values
+    film.numbers |= {str(key): float(value) for key, value in zip(name.ravel(), np.ravel(padded), strict=True)}

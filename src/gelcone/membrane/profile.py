@@ -71,18 +71,21 @@ def profile(film: Elements, at: Chains) -> Profile:
         [_before(film.nodes[0], film.middles, l1), l1, _before(film.nodes[-1], film.middles[::-1], l1[:, ::-1])], axis=1
     )
     span = np.pad(span, ((0, 0), (1, 1)), constant_values=1.0)
-    r, z = (np.concatenate([own[:, :1], 0.5 * (own[:, 1:] + own[:, :-1]), own[:, -1:]], axis=1) for own in (at.r, at.z))
+    r, z = (
+        np.concatenate([coordinate[:, :1], 0.5 * (coordinate[:, 1:] + coordinate[:, :-1]), coordinate[:, -1:]], axis=1)
+        for coordinate in (at.r, at.z)
+    )
     V = np.broadcast_to(at.V[:, None], l1.shape)
     with np.errstate(all="ignore"):
         ring = film.gel.at(l1, span, V)
         share = film.gel.strain(l1 * l1, ring.width) / film.gel.strain_limit
     width = np.sqrt(ring.width)
-    found = (r, z, l1, width, span, l1 * width, share, ring.tangent_stiffness)
-    return Profile(R, *(np.where(at.found[:, None], values, np.nan) for values in found))
+    fields = (r, z, l1, width, span, l1 * width, share, ring.tangent_stiffness)
+    return Profile(R, *(np.where(at.found[:, None], values, np.nan) for values in fields))
 
 
 def _before(place: float, places: Array, values: Array) -> Array:
     """Values extrapolated to a ``place`` before the first of ``places``, on the line through the first two."""
     rate = (place - places[0]) / (places[1] - places[0])
-    found: Array = values[:, :1] + rate * (values[:, 1:2] - values[:, :1])
-    return found
+    extrapolated: Array = values[:, :1] + rate * (values[:, 1:2] - values[:, :1])
+    return extrapolated

@@ -83,8 +83,8 @@ def _between_rims(gel: Gel, ratio: float, V: Array) -> Array:
     disc, length = ratio / (1.0 - ratio), gel.natural_stretch(V)
     ends = (_edge(gel, V, length, outer)[0] for outer in (True, False))
     outside, inside = (np.exp(-s) for s in ends)
-    found: Array = np.sqrt(length * (1.0 / gel.A - 1.0 / gel.B)) * ((disc + 1.0) * outside - disc * inside)
-    return found
+    heights: Array = np.sqrt(length * (1.0 / gel.A - 1.0 / gel.B)) * ((disc + 1.0) * outside - disc * inside)
+    return heights
 
 
 def _edge(gel: Gel, V: Array, t: Array, outer: bool) -> tuple[Array, Array]:
@@ -108,8 +108,8 @@ def _edge(gel: Gel, V: Array, t: Array, outer: bool) -> tuple[Array, Array]:
 
     def by_hoop(place: Array) -> Array:
         """Rates over l2."""
-        found = rates(place)
-        return np.asarray(found / found[2])
+        derivatives = rates(place)
+        return np.asarray(derivatives / derivatives[2])
 
     place = np.array([np.zeros(V.shape), np.sqrt(t / gel.A), np.sqrt(t / gel.B)])
     edge = np.full((2, *V.shape), [[direction * np.inf], [np.nan]])

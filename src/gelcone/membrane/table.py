@@ -84,13 +84,13 @@ def table(gel: Gel, ratio: float) -> dict[str, float]:
 @cache
 def names() -> tuple[str, ...]:
     """Names of all numbers of a table, sorted."""
-    own = ["cut_squared", "begin_squared", "reach_squared", "slack_limit", "flat_voltage"]
-    own += ["lowest_pull_in", "star_place", "end_begin", "end_scale", "end_offset", "film_error", "gain_error"]
-    own += [*force.END_NAMES, *MEAN_LENGTH] + [f"flat_area_{i}" for i in range(FLAT + 1)]
+    all_names = ["cut_squared", "begin_squared", "reach_squared", "slack_limit", "flat_voltage"]
+    all_names += ["lowest_pull_in", "star_place", "end_begin", "end_scale", "end_offset", "film_error", "gain_error"]
+    all_names += [*force.END_NAMES, *MEAN_LENGTH] + [f"flat_area_{i}" for i in range(FLAT + 1)]
     for piece in force.PIECES:
         for what in force.shapes(piece):
-            own += list(force.names(piece, what).ravel())
-    return tuple(sorted(own))
+            all_names += list(force.names(piece, what).ravel())
+    return tuple(sorted(all_names))
 
 
 def _reach(film: Elements) -> float:
@@ -112,10 +112,10 @@ def _cut(film: FittedFilm, begin: float, slackest: float, reach: float) -> float
         s = np.linspace(low, high, BRACKETS + 2)[1:-1]
         x = film.height(s)
         top = film.slack_at(x)
-        found = columns(film.elements, x, top, top * (1.0 - BEFORE), finest=CUT_FINEST)
-        falls = found.end >= top * (1.0 - 0.03)
+        cut_columns = columns(film.elements, x, top, top * (1.0 - BEFORE), finest=CUT_FINEST)
+        falls = cut_columns.end >= top * (1.0 - 0.03)
         if film.gel.has_rims:
-            falls |= ~localised(film.gel, found)
+            falls |= ~localised(film.gel, cut_columns)
         first = int(np.argmin(falls)) if not falls.all() else s.size
         low, high = (s[first - 1] if first else low), (s[first] if first < s.size else high)
     return float(low)

@@ -32,21 +32,21 @@ def averages(members: Members, states: Array, samples: int, **flow: Any) -> tupl
     """`AVERAGES` of motions from ``states`` (members, N) at phase 0 over `BATCHES` blocks, ``samples`` in a forcing
     period, and their standard errors, (members, averages) each; NaN for motions that end or whose average has no
     bound."""
-    blocks, begin = np.full((BATCHES, len(states), len(AVERAGES)), np.nan), states
+    blocks, start = np.full((BATCHES, len(states), len(AVERAGES)), np.nan), states
     for block in blocks:
-        run = sampled(members, begin, BATCH, samples, **flow)
+        run = sampled(members, start, BATCH, samples, **flow)
         spacing = (run.times.shape[1] - 1) // run.path.shape[1]
-        found, _ = mean_deliveries(members, run.times[:, spacing::spacing], run.path, begin, **flow)
-        block[:] = np.stack([run.path[..., 0].mean(axis=1), *(found[name] for name in AVERAGES[1:])], axis=1)
-        begin = run.path[:, -1]
+        deliveries, _ = mean_deliveries(members, run.times[:, spacing::spacing], run.path, start, **flow)
+        block[:] = np.stack([run.path[..., 0].mean(axis=1), *(deliveries[name] for name in AVERAGES[1:])], axis=1)
+        start = run.path[:, -1]
     rms = AVERAGES.index("apparent_power")  # the rms current is averaged as its square
     blocks[..., rms] **= 2
     with np.errstate(invalid="ignore", divide="ignore"):
         means, errors = batch_means(blocks)
         means[:, rms] = np.sqrt(means[:, rms])
         errors[:, rms] /= 2.0 * means[:, rms]
-    known = np.isfinite(means)
-    return np.where(known, means, np.nan), np.where(known, errors, np.nan)
+    finite = np.isfinite(means)
+    return np.where(finite, means, np.nan), np.where(finite, errors, np.nan)
 
 
 def batch_means(blocks: Array) -> tuple[Array, Array]:

@@ -159,17 +159,17 @@ def drive(
     check_window(cone, margin)
     check_budgets(patience=patience)
     plane, zeta = replace(plane_of(cone, threads), patience=patience, brief=True), float(cone.damping_ratio)
-    found = _searches(plane, largest, margin, _range(**ends), weighted(progress, 0.95))
-    best = _best(largest, zeta, margin, *found)
+    envelopes = _searches(plane, largest, margin, _range(**ends), weighted(progress, 0.95))
+    best = _best(largest, zeta, margin, *envelopes)
     peak, omega = float(best.peak), float(best.frequency)
     drives = plane.shape.at(peak)
     chosen = cone.replace(drive_frequency=omega, **drives)
     names, change = _sensitivities(chosen, device, threads)
-    off = DETUNED * np.array([-1.0, 1.0])
-    detuned = plane.examine(omega * (1.0 + off), np.full(2, peak))
-    limit, bound = _limit(omega, *found)
-    band = _safe_band(omega, peak, *found)
-    curve = _edge(largest, zeta, *found)
+    detunings = DETUNED * np.array([-1.0, 1.0])
+    detuned = plane.examine(omega * (1.0 + detunings), np.full(2, peak))
+    limit, bound = _limit(omega, *envelopes)
+    band = _safe_band(omega, peak, *envelopes)
+    curve = _edge(largest, zeta, *envelopes)
     motion = settled_periods(chosen, threads)
     variables: dict[str, dataset.Variable] = {
         "drive_frequency": ((), omega, "frequency of the best drive", "frequency"),
@@ -192,7 +192,7 @@ def drive(
         "frequency_low": ((), band[0], "lowest frequency at which this voltage is below all limits", "frequency"),
         "frequency_high": ((), band[1], "highest frequency at which this voltage is below all limits", "frequency"),
         "kick": ((), _kick(plane, best), "kick that leads to another motion", dataset.absent("velocity", "unknown")),
-        "undecided_motions": ((), _undecided(*found), "examined motions that had not settled in time", "count"),
+        "undecided_motions": ((), _undecided(*envelopes), "examined motions that had not settled in time", "count"),
         "window_peak": (("frequency",), curve[1], "highest recommended peak voltage", "voltage"),
         "window_value": (("frequency",), curve[2], f"{largest} there", _QUANTITY[largest]),
         "displacement": (("time",), motion["displacement"].values, "displacement", "length"),
@@ -205,7 +205,7 @@ def drive(
         coords={
             "frequency": (("frequency",), curve[0], "drive frequency", "frequency"),
             "time": (("time",), motion["time"].values, "time", "time"),
-            "detuning": (("detuning",), off, "share by which the frequency is off", "share"),
+            "detuning": (("detuning",), detunings, "share by which the frequency is off", "share"),
             "field": (("field",), np.array(names), "field of the device, or parameter of the model", "code"),
         },
         outcome=np.zeros(()),
@@ -263,16 +263,16 @@ def _inside(found: xr.Dataset) -> Candidates:
 
 def _best(largest: str, damping_ratio: float, margin: float, *envelopes: xr.Dataset) -> Candidates:
     """The drive with the largest value among those that keep half of the margin at slightly different frequencies."""
-    found = candidates(*envelopes)
-    safe = found.peak <= (1.0 - margin / 2.0) * _detuned(found.frequency, *envelopes)
-    values = np.where(safe, found.value(largest, damping_ratio), np.nan)
+    motions = candidates(*envelopes)
+    safe = motions.peak <= (1.0 - margin / 2.0) * _detuned(motions.frequency, *envelopes)
+    values = np.where(safe, motions.value(largest, damping_ratio), np.nan)
     if not (values > 0.0).any():
         raise InputError(
             "drive: no drive within the window moves the disc periodically; see gelcone envelope, lower the margin or "
             "give the device an offset or an initial height"
         )
     at = int(np.nanargmax(values))
-    return Candidates(*(part[at] for part in found))
+    return Candidates(*(column[at] for column in motions))
 
 
 def _detuned(frequency: Array, *envelopes: xr.Dataset) -> Array:
@@ -305,35 +305,35 @@ def _around(wide: xr.Dataset, omega: float) -> dict[str, Array]:
 def _rows(*envelopes: xr.Dataset) -> tuple[Array, Array, list[str]]:
     """Examined frequencies in rising order, with the lowest limit of each and its name: "none" and the highest examined
     peak voltage if no limit is met."""
-    found: dict[float, tuple[float, str]] = {}
-    for one in envelopes:
-        static = one["static_limit_voltage"].values
+    limits: dict[float, tuple[float, str]] = {}
+    for envelope in envelopes:
+        static = envelope["static_limit_voltage"].values
         constant = float(np.nanmin(static, initial=np.inf))
-        constant_name = str(one["static_limit"].values[int(np.nanargmin(static))]) if np.isfinite(constant) else ""
-        way = "of the drive held at its peak" if held_at_peak(one) else "at a constant voltage"
-        for k, omega in enumerate(one["drive_frequency"].values):
-            row = int(one["first_limit"][k])
-            low = float(one["peak_voltage"][-1] if row < 0 else one["limit_low"][row, k])
-            name = "none" if row < 0 else str(one["driven_limit"].values[row])
-            found[float(omega)] = (low, name) if low <= constant else (constant, f"{constant_name} {way}")
-    order = sorted(found)
-    return np.array(order), np.array([found[omega][0] for omega in order]), [found[omega][1] for omega in order]
+        constant_name = str(envelope["static_limit"].values[int(np.nanargmin(static))]) if np.isfinite(constant) else ""
+        way = "of the drive held at its peak" if held_at_peak(envelope) else "at a constant voltage"
+        for k, omega in enumerate(envelope["drive_frequency"].values):
+            row = int(envelope["first_limit"][k])
+            low = float(envelope["peak_voltage"][-1] if row < 0 else envelope["limit_low"][row, k])
+            name = "none" if row < 0 else str(envelope["driven_limit"].values[row])
+            limits[float(omega)] = (low, name) if low <= constant else (constant, f"{constant_name} {way}")
+    order = sorted(limits)
+    return np.array(order), np.array([limits[omega][0] for omega in order]), [limits[omega][1] for omega in order]
 
 
 def _closest(plane: Plane, largest: str, damping_ratio: float, omega: float, *envelopes: xr.Dataset) -> Array:
     """The frequency of the largest value along the edge between the neighbours of ``omega``, and those that are off by
     `DETUNED`; the edge is interpolated."""
-    known, edge, _ = _edge(largest, damping_ratio, *envelopes)
-    at = int(np.argmin(np.abs(known - omega)))
-    tried = np.geomspace(known[max(at - 1, 0)], known[min(at + 1, len(known) - 1)], CLOSEST)
+    omegas, edge, _ = _edge(largest, damping_ratio, *envelopes)
+    at = int(np.argmin(np.abs(omegas - omega)))
+    tried = np.geomspace(omegas[max(at - 1, 0)], omegas[min(at + 1, len(omegas) - 1)], CLOSEST)
     with np.errstate(divide="ignore"):
-        peaks = 1.0 / np.interp(tried, known, 1.0 / edge)
-    found = plane.examine(tried, peaks)
-    periodic = found["regime"] == Regime.PERIODIC
-    motions = Candidates(tried, peaks, periodic, np.ones(CLOSEST), *(found[name] for name in _YIELDS))
+        peaks = 1.0 / np.interp(tried, omegas, 1.0 / edge)
+    examined = plane.examine(tried, peaks)
+    periodic = examined["regime"] == Regime.PERIODIC
+    motions = Candidates(tried, peaks, periodic, np.ones(CLOSEST), *(examined[name] for name in _YIELDS))
     values = motions.value(largest, damping_ratio)
     best = np.exp(_vertex(np.log(tried), values)) if (values > 0.0).any() else omega
-    return np.unique(np.clip(best * (1.0 + DETUNED * np.array([-1.0, 0.0, 1.0])), known[0], known[-1]))
+    return np.unique(np.clip(best * (1.0 + DETUNED * np.array([-1.0, 0.0, 1.0])), omegas[0], omegas[-1]))
 
 
 def _vertex(places: Array, values: Array) -> float:
@@ -369,14 +369,16 @@ def _kick(plane: Plane, best: Candidates) -> float:
     if not best.edge:
         return float("nan")
     members = plane.at(np.array([best.frequency]), np.array([best.peak])).members()
-    found = coexisting(members, members.start_states((plane.rest + NUDGE, 0.0)), threads=plane.threads)
-    return float(found["kick_high"][0])
+    motions = coexisting(members, members.start_states((plane.rest + NUDGE, 0.0)), threads=plane.threads)
+    return float(motions["kick_high"][0])
 
 
 def _edge(largest: str, damping_ratio: float, *envelopes: xr.Dataset) -> tuple[Array, Array, Array]:
     """Frequency, peak voltage and value along the edge of the window."""
-    found = candidates(*envelopes)
-    rows = np.stack([found.frequency, found.peak, found.value(largest, damping_ratio)], axis=1)[found.edge > 0.0]
+    motions = candidates(*envelopes)
+    rows = np.stack([motions.frequency, motions.peak, motions.value(largest, damping_ratio)], axis=1)[
+        motions.edge > 0.0
+    ]
     table = np.array(sorted({row[0]: row for row in rows.tolist()}.values()))
     return table[:, 0], table[:, 1], table[:, 2]
 
@@ -412,9 +414,9 @@ def _sensitivities(chosen: ConeModel, device: Device | None, threads: int | None
     points = None if device is None else driven.replace_quietly(spread)
     members = chosen.replace(**spread) if points is None else points.to_model()
     starts = np.stack([rest_displacements(members) + NUDGE, np.zeros(2 * len(names))], axis=-1)
-    found = settled_swing(members.members(), start_states(members, starts), only_extent=True, threads=threads)
+    swings = settled_swing(members.members(), start_states(members, starts), only_extent=True, threads=threads)
     length = 1.0 if points is None else points.scales.length
-    strokes = np.where(found.forcing_periods > 0, 2.0 * found.amplitude, np.nan) * length
+    strokes = np.where(swings.forcing_periods > 0, 2.0 * swings.amplitude, np.nan) * length
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.log(strokes[0::2] / strokes[1::2]) / np.log((1.0 + STEP) / (1.0 - STEP))
         jumps = np.abs(np.log(strokes[0::2] / strokes[1::2])) > JUMP

@@ -97,18 +97,18 @@ def coexisting(
     counted, flow = Counted(progress), dict[str, Any](threads=threads, tolerance=TOLERANCE)
     if not members.size:
         return _as_arrays(members, [], np.empty(0), flow)
-    own = settled_swing(members, states, only_extent=True, **flow)
-    found = [Motions([own.take([k])], [(np.nan, np.nan)]) for k in range(members.size)]
-    alive = np.flatnonzero(own.outcome == Outcome.OK)
+    swings = settled_swing(members, states, only_extent=True, **flow)
+    motions = [Motions([swings.take([k])], [(np.nan, np.nan)]) for k in range(members.size)]
+    alive = np.flatnonzero(swings.outcome == Outcome.OK)
     largest = _largest_kicks(members)
-    kicks = _Kicks(members, own, largest, shift, flow)
+    kicks = _Kicks(members, swings, largest, shift, flow)
     counted(0.05)
-    first = _try_kicks(kicks, alive, found, counted)
-    _try_releases(members, alive, found, flow)
-    _try_neighbours(members, alive, found, flow)
+    first = _try_kicks(kicks, alive, motions, counted)
+    _try_releases(members, alive, motions, flow)
+    _try_neighbours(members, alive, motions, flow)
     counted(0.1)
-    _narrow(kicks, alive, found, first)
-    result = _as_arrays(members, found, largest, flow)
+    _narrow(kicks, alive, motions, first)
+    result = _as_arrays(members, motions, largest, flow)
     counted.finish()
     return result
 
@@ -165,12 +165,12 @@ class _Kicks:
 
     def _back(self, rows: Rows, states: Array) -> npt.NDArray[np.bool_]:
         """True for each state at phase 0 so near to its row's cycle of one forcing period that it ends on it."""
-        own = self.own.take(rows)
-        size = np.maximum(np.maximum(np.abs(own.lowest), np.abs(own.highest)), 1e-2)
+        swings = self.own.take(rows)
+        size = np.maximum(np.maximum(np.abs(swings.lowest), np.abs(swings.highest)), 1e-2)
         scale = np.ones(states.shape)
         scale[:, 1] = 2.0 * np.pi / self.members.take(rows).forcing_period
-        near = (np.abs(states - own.final) / scale).max(axis=1)
-        return (own.period == 1) & (near <= ARRIVED * size)
+        near = (np.abs(states - swings.final) / scale).max(axis=1)
+        return (swings.period == 1) & (near <= ARRIVED * size)
 
 
 def _try_kicks(
@@ -184,10 +184,10 @@ def _try_kicks(
         rows = np.repeat(alive, phases.size)
         at, sizes = np.tile(phases, alive.size), np.tile(signs, alive.size) * share * kicks.largest[rows]
         for row, phase, size, motion in zip(rows, at, sizes, kicks.after(rows, at, sizes), strict=True):
-            own = found[row]
-            number = own.number_of(motion)
-            if number and np.isnan(own.kick[number][1]):
-                own.kick[number] = (0.5 * abs(size) if level else 0.0, abs(size))
+            motions = found[row]
+            number = motions.number_of(motion)
+            if number and np.isnan(motions.kick[number][1]):
+                motions.kick[number] = (0.5 * abs(size) if level else 0.0, abs(size))
             before = {(p, np.sign(s)) for p, s in leading[int(row)]}
             if number and (phase, np.sign(size)) not in before:
                 leading[int(row)].append((phase, size))
@@ -239,20 +239,20 @@ def _narrow(kicks: _Kicks, alive: Rows, found: list[Motions], leading: dict[int,
     if not rows:
         return
     tried = [(row, phase, size) for row in rows for phase, size in _smallest(leading[row])]
-    of, phase, high = (np.array(column) for column in zip(*tried, strict=True))
-    high = _edge(kicks, found, of, phase, high)
+    kick_rows, phase, high = (np.array(column) for column in zip(*tried, strict=True))
+    high = _edge(kicks, found, kick_rows, phase, high)
     spacing, best = 1.0 / PHASES, {}
     for row in rows:
-        own = np.flatnonzero(of == row)
-        k = own[np.abs(high[own]).argmin()]
+        indices = np.flatnonzero(kick_rows == row)
+        k = indices[np.abs(high[indices]).argmin()]
         best[row] = (phase[k], high[k])
     spread = dict.fromkeys(rows, 0.0)
     for _ in range(CLOSER_PHASES):
         spacing *= 0.5
-        of = np.repeat(rows, 2)
+        kick_rows = np.repeat(rows, 2)
         phase = np.array([best[row][0] + side * spacing for row in rows for side in (-1.0, 1.0)])
         start = np.array([1.5 * best[row][1] for row in rows for _ in (0, 1)])
-        high = _edge(kicks, found, of, phase, start)
+        high = _edge(kicks, found, kick_rows, phase, start)
         for k, row in enumerate(rows):
             both = high[2 * k : 2 * k + 2]
             sizes = np.abs([best[row][1], *both])
@@ -294,7 +294,8 @@ def _same(one: Swing, other: Swing) -> bool:
 def _as_arrays(members: Members, found: list[Motions], largest: Array, flow: dict[str, Any]) -> dict[str, Array]:
     """The found motions as arrays, by rising kick."""
     others = [
-        sorted(range(1, len(own.kinds)), key=lambda n: np.nan_to_num(own.kick[n][1], nan=np.inf)) for own in found
+        sorted(range(1, len(motions.kinds)), key=lambda n: np.nan_to_num(motions.kick[n][1], nan=np.inf))
+        for motions in found
     ]
     shape = (len(found), max((len(order) for order in others), default=0))
     named = ("stroke", "lowest", "highest", "period", "regime", "outcome", "motion_kick_low", "motion_kick_high")
@@ -315,7 +316,7 @@ def _as_arrays(members: Members, found: list[Motions], largest: Array, flow: dic
         states = np.array([found[row].kinds[n].final[0] for row, _, n in settled])
         result["regime"][rows, columns] = classify(members.take(rows), states, **flow).regime
         result["validity"][rows, columns] = swing(members.take(rows), states, **flow).validity
-    smallest = np.array([own.smallest for own in found]).reshape(-1, 2)
+    smallest = np.array([motions.smallest for motions in found]).reshape(-1, 2)
     return result | {
         "motions": np.array([len(order) for order in others]),
         "kick_low": smallest[:, 0],

@@ -77,8 +77,8 @@ def root_mean_squares(members: Members, path: Weighted) -> list[tuple[Array, Arr
     """Root mean squares of the voltage and the current of each line's source, (members,) each."""
     voltages = members.along(members.system.source_voltages, path.times, path.states)
     currents = members.along(members.system.source_currents, path.times, path.states)
-    found = []
+    rms_pairs = []
     for line, current in zip(members.system.lines, currents, strict=True):
         voltage = voltages[line.films[0]]
-        found.append((np.sqrt(path.mean(voltage * voltage)), np.sqrt(path.mean(current * current))))
-    return found
+        rms_pairs.append((np.sqrt(path.mean(voltage * voltage)), np.sqrt(path.mean(current * current))))
+    return rms_pairs

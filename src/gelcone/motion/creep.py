@@ -139,9 +139,9 @@ def creep(
     along = ("constant_voltage",)
     x = np.where(times <= ends[:, None], run.states[..., 0], np.nan)
     members, outcome = films.members(levels), np.where(np.isfinite(ends), Outcome.PULLED_IN, run.outcome)
-    *currents, heat = (np.where(np.isnan(x), np.nan, own) for own in _electric(members, run))
+    *currents, heat = (np.where(np.isnan(x), np.nan, series) for series in _electric(members, run))
     held_voltage, to_pull_in, highest = films.curve(lasts, weighted(progress, 0.5))
-    found: dict[str, dataset.Variable] = {
+    variables: dict[str, dataset.Variable] = {
         "initial_displacement": (along, starts[:, 0], "displacement at once", _AT_ONCE),
         "final_displacement": (along, x[:, -1], "displacement after the holding time", _LOST),
         "equilibrium_displacement": (along, films.relaxed.place(levels), "displacement of the relaxed film", _BEYOND),
@@ -161,7 +161,7 @@ def creep(
     }
     result = dataset.label(
         model,
-        found,
+        variables,
         coords={
             "constant_voltage": (along, levels, "constant voltage", "voltage"),
             "time": (("time",), times, "holding time", "time"),
@@ -220,8 +220,8 @@ class _Ramp:
 
     def place(self, levels: Array) -> Array:
         """Displacement at commanded voltages; NaN at and above that at which the film is lost."""
-        found, _ = self.balance.along_ramp(self.rest, levels**2)
-        return np.where(levels < self.lost.voltage, found, np.nan)
+        displacements, _ = self.balance.along_ramp(self.rest, levels**2)
+        return np.where(levels < self.lost.voltage, displacements, np.nan)
 
 
 def thresholds(model: ConeModel, bias_share: float) -> dict[str, dataset.Variable]:
@@ -229,8 +229,8 @@ def thresholds(model: ConeModel, bias_share: float) -> dict[str, dataset.Variabl
     in proportion, the share ``bias_share``; empty for a film that does not creep."""
     if not any(film.states for film in model.system.films):
         return {}
-    found = _both(_Ramp(model, bias_share), _Ramp(films_at_once(model), bias_share), in_proportion(model.system))
-    return {proportional(name, model.system): own for name, own in found.items()}
+    variables = _both(_Ramp(model, bias_share), _Ramp(films_at_once(model), bias_share), in_proportion(model.system))
+    return {proportional(name, model.system): variable for name, variable in variables.items()}
 
 
 class Holding(NamedTuple):
@@ -307,16 +307,16 @@ class _Held:
         """Equilibria (levels, N) of the film at once, behind charged circuits; the displacement is NaN where it pulls
         in at once."""
         members = self.members(levels)
-        found = members.start_states((self.relaxed.rest, 0.0)).copy()
-        found[:, 0] = self.at_once.place(levels)
+        starts = members.start_states((self.relaxed.rest, 0.0)).copy()
+        starts[:, 0] = self.at_once.place(levels)
         advance(progress, 0.5)
-        holds = np.flatnonzero(np.isfinite(found[:, 0]))
+        holds = np.flatnonzero(np.isfinite(starts[:, 0]))
         if holds.size:
             system, n = members.system, members.take(holds).numbers()
             command = np.broadcast_to(system.waveform.voltage(0.0, n), holds.shape)
-            found[holds] = np.stack(circuits_under(system, command, list(found[holds].T), n), axis=-1)
+            starts[holds] = np.stack(circuits_under(system, command, list(starts[holds].T), n), axis=-1)
         advance(progress, 0.5)
-        return found
+        return starts
 
     def run(self, levels: Array, states: Array, times: Array, progress: Progress) -> tuple[Trajectories, Array]:
         """The runs from the ``states`` of `starts`, and the time at which each film pulls in or its disc jumps: 0 at
@@ -346,15 +346,15 @@ class _Held:
         voltages, ends = np.empty(0), np.empty(0)
         held, fails = low, high
         shares = (np.arange(1, CURVE + 1) / (CURVE + 1)) ** 1.5
-        for part in range(1 + FINER):
+        for refinement in range(1 + FINER):
             levels = held + (fails - held) * shares
             share = weighted(progress, 1.0 / (1 + FINER))
             begun = self.starts(levels, weighted(share, START_SHARE))
-            _, found = self.run(levels, begun, times, weighted(share, 1.0 - START_SHARE))
-            voltages, ends = np.append(voltages, levels), np.append(ends, found)
-            held = max([held, *levels[np.isinf(found)]])
+            _, new_ends = self.run(levels, begun, times, weighted(share, 1.0 - START_SHARE))
+            voltages, ends = np.append(voltages, levels), np.append(ends, new_ends)
+            held = max([held, *levels[np.isinf(new_ends)]])
             fails = min([high, *voltages[np.isfinite(ends) & (voltages > held)]])
-            shares = np.arange(1, FINE + 1) / (FINE + 1) if part < FINER else shares
+            shares = np.arange(1, FINE + 1) / (FINE + 1) if refinement < FINER else shares
         order = np.argsort(voltages)
         return voltages[order], ends[order], held
 
@@ -362,12 +362,12 @@ class _Held:
         """The margin of each voltage to pull-in at once along the runs, (levels, samples)."""
         rows, samples = np.nonzero(np.isfinite(x))
         members = self.members(levels)
-        found = np.full(x.shape, np.nan)
+        margins = np.full(x.shape, np.nan)
         if rows.size:
             volts = members.voltages(run.times, run.states)[0]
-            held = films_at_once(members.take(rows), run.states[rows, samples])
-            found[rows, samples] = _margin(held, x[rows, samples], np.abs(volts[rows, samples]))
-        return found
+            at_once = films_at_once(members.take(rows), run.states[rows, samples])
+            margins[rows, samples] = _margin(at_once, x[rows, samples], np.abs(volts[rows, samples]))
+        return margins
 
 
 def _times(lasts: float) -> Array:

@@ -64,8 +64,8 @@ def left_weights(tangents: Array, signs: Array, columns: Array, rows: Array, cor
     if merged is None:
         right = np.zeros(n * size + 1)
         right[-1] = 1.0
-        found = np.linalg.solve(_matrix(tangents, signs, columns, rows, corner).T, right)
-        return np.asarray(found[:-1].reshape(n, size)), float(found[-1])
+        solution = np.linalg.solve(_matrix(tangents, signs, columns, rows, corner).T, right)
+        return np.asarray(solution[:-1].reshape(n, size)), float(solution[-1])
     first, second, skipped = tangents[0::2], tangents[1::2], rows[..., 1::2, :]
     short, weight = left_weights(
         merged,

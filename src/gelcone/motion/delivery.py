@@ -37,41 +37,41 @@ def delivered(members: Members, times: Array, states: Array, lost: Array) -> dic
     half = halfway(times)
     late = lost[:, -1] > lost[:, half]
     ran, whole = ~np.isnan(states[..., 0]), np.isfinite(states[:, -1, 0])
-    found, halves = dict[str, Variable](), _between_corners(members, times, states, half)
+    variables, halves = dict[str, Variable](), _between_corners(members, times, states, half)
     apparent, sources = np.zeros(len(times)), len(members.system.lines)
     sampled = sampled_evenly(times[:, 1:], states[:, 1:], states[:, 0], times[:, 0], times[:, -1])
     with np.errstate(all="ignore"):
         closer = root_mean_squares(members, halves[1]) if halves else []
-    for place, line in enumerate(members.system.lines):
-        of = "the source" if sources == 1 else f"the {'second' if line.prefix else 'first'} film's source"
+    for index, line in enumerate(members.system.lines):
+        source = "the source" if sources == 1 else f"the {'second' if line.prefix else 'first'} film's source"
         sizes = partial(_sizes, line)
         with np.errstate(all="ignore"):
-            known = np.where(ran, _of_source(line, members, times, states), np.nan)
-            highest, rms = np.fmax.reduce(np.abs(known[1:]), axis=-1), _root_mean_squares(times, known[[0, 2]])
-            between = largest(members, sampled, sizes, np.abs(known[1:]))
+            signals = np.where(ran, _of_source(line, members, times, states), np.nan)
+            highest, rms = np.fmax.reduce(np.abs(signals[1:]), axis=-1), _root_mean_squares(times, signals[[0, 2]])
+            between = largest(members, sampled, sizes, np.abs(signals[1:]))
             for peaks in (between, *(largest(members, path, sizes) for path in halves)):
                 highest = np.where(whole, np.maximum(highest, peaks), highest)
             if halves:
-                rms = np.where(whole, closer[place], rms)
+                rms = np.where(whole, closer[index], rms)
         charge, current, rate = highest
         if line.circuit.jumps and line.drive != "constant":
             current, rate = (np.where(jumped, np.inf, peak) for peak in (current, rate))
             rms[1] = np.where(late, np.inf, rms[1])
-        own: dict[str, tuple[Array, str, Any]] = {
-            "rms_voltage": (rms[0], f"root mean square voltage of {of} in the second half", absent("voltage")),
+        line_variables: dict[str, tuple[Array, str, Any]] = {
+            "rms_voltage": (rms[0], f"root mean square voltage of {source} in the second half", absent("voltage")),
             "rms_current": (
                 rms[1],
-                f"root mean square current of {of} in the second half",
+                f"root mean square current of {source} in the second half",
                 absent("current", infinite=JUMPS),
             ),
-            "peak_charge": (charge, f"largest charge of {of}", absent("charge")),
-            "peak_current": (current, f"largest current of {of}", absent("current", infinite=JUMPS)),
-            "peak_slew_rate": (rate, f"fastest change of {of}", absent("slew rate", infinite=JUMPS)),
+            "peak_charge": (charge, f"largest charge of {source}", absent("charge")),
+            "peak_current": (current, f"largest current of {source}", absent("current", infinite=JUMPS)),
+            "peak_slew_rate": (rate, f"fastest change of {source}", absent("slew rate", infinite=JUMPS)),
         }
-        found |= {line.prefix + name: ((), *variable) for name, variable in own.items()}
-        found |= _limited(members, line, times, states)
+        variables |= {line.prefix + name: ((), *variable) for name, variable in line_variables.items()}
+        variables |= _limited(members, line, times, states)
         apparent = apparent + rms[0] * rms[1]
-    return found | {"apparent_power": ((), apparent, APPARENT, absent("apparent power", infinite=JUMPS))}
+    return variables | {"apparent_power": ((), apparent, APPARENT, absent("apparent power", infinite=JUMPS))}
 
 
 def halfway(times: Array) -> int:
@@ -101,8 +101,8 @@ def _of_source(line: Line, members: Members, times: Array, states: Array) -> Arr
     system = members.system
     values = (system.source_voltages, system.source_charges, system.source_currents, system.source_rates)
     voltages, charges, currents, rates = (members.along(value, times, states) for value in values)
-    first, own = line.films[0], system.lines.index(line)
-    charge, current = charges[own], currents[own]
+    first, index = line.films[0], system.lines.index(line)
+    charge, current = charges[index], currents[index]
     rounding = np.abs(current) <= NO_CURRENT * np.abs(charge)
     return np.stack([voltages[first], charge, np.where(rounding, 0.0, current), rates[first]])
 
@@ -125,20 +125,22 @@ def _limited(members: Members, line: Line, times: Array, states: Array) -> dict[
     def excess(some: Members, at: Array, z: Array) -> dict[str, Array]:
         return dict(some.system.saturations(line, at, list(np.moveaxis(z, -1, 0)), some.numbers(at.ndim - 1)))
 
-    known = excess(members, times, states)
-    if not known:
+    excesses = excess(members, times, states)
+    if not excesses:
         return {}
     ran = ~np.isnan(states[..., 0])
     spans = np.where(ran[:, :-1] & ran[:, 1:], np.diff(times, axis=1), 0.0).sum(axis=1)
-    values = np.stack([np.where(ran, np.broadcast_to(one, ran.shape), np.nan) for one in known.values()])
+    values = np.stack(
+        [np.where(ran, np.broadcast_to(saturation, ran.shape), np.nan) for saturation in excesses.values()]
+    )
     lasted, _ = dwell_times(
         Path(members, times, states), lambda some, at, z: np.stack([*excess(some, at, z).values()]), values
     )
     lasted = np.where(np.isnan(lasted), 0.0, lasted).sum(axis=-1)
-    named = [LIMITED.get(name, (f"{name}_limited", f"limit {name.replace('_', ' ')}")) for name in known]
+    named = [LIMITED.get(name, (f"{name}_limited", f"limit {name.replace('_', ' ')}")) for name in excesses]
     return {
-        line.prefix + variable: ((), own / spans, f"share of the time at the {words}", "share")
-        for (variable, words), own in zip(named, lasted, strict=True)
+        line.prefix + variable: ((), duration / spans, f"share of the time at the {words}", "share")
+        for (variable, words), duration in zip(named, lasted, strict=True)
     }
 
 
@@ -154,13 +156,13 @@ def switched(members: Members, states: Array, times: Array, **flow: Any) -> Arra
     C (v+ - v-)^2/2 for a capacitance that does not depend on the voltage. Both are 0 behind a resistance or a filter.
     """
     system = members.system
-    found = np.zeros((2, *times.shape))
+    energies = np.zeros((2, *times.shape))
     lines = jumping(system)
     if not lines:
-        return found
+        return energies
     corners, before, after, jumps = jumps_between(members, np.zeros(members.size), times[:, -1])
     if not jumps.any():
-        return found
+        return energies
     wide, every = members.numbers(trailing=1), increasing(corners, times[:, -1])
     z = list(np.moveaxis(integrate(members, states, every, **flow).states, -1, 0))
     work, lost = np.zeros(corners.shape), np.zeros(corners.shape)
@@ -173,16 +175,16 @@ def switched(members: Members, states: Array, times: Array, **flow: Any) -> Arra
                 film.work(z[0], v * v, y, wide) - 0.5 * v * v + v * charge
                 for v, charge in zip(pair, charges, strict=True)
             ]
-            own = pair[1] * (charges[1] - charges[0])
+            supplied = pair[1] * (charges[1] - charges[0])
             # the rest of the charge follows late
             share = 1.0 - wide["dielectric_share"] if line.circuit.delays else 1.0
-            work, lost = work + share * own, lost + share * (own - (stored[1] - stored[0]))
-    sums = [np.cumsum(np.where(jumps, one, 0.0), axis=1) for one in (work, lost)]
+            work, lost = work + share * supplied, lost + share * (supplied - (stored[1] - stored[0]))
+    sums = [np.cumsum(np.where(jumps, energy, 0.0), axis=1) for energy in (work, lost)]
     for row, passed in enumerate(corners):
         count = np.searchsorted(passed, times[row], side="right")
-        for k, one in enumerate(sums):
-            found[k, row] = np.append(0.0, one[row])[count]
-    return found
+        for k, energy in enumerate(sums):
+            energies[k, row] = np.append(0.0, energy[row])[count]
+    return energies
 
 
 def lost_in_jumps(members: Members, begin: Array, spans: Array, **flow: Any) -> Array:

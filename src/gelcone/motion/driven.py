@@ -53,17 +53,17 @@ def driven(
     """
     counted, confirmed = Counted(progress), set[tuple[float, float]]()
     first = weighted(counted, 0.5 if refine else 1.0)
-    found = rows_of(plane, omegas, volts, first, pull_in=pull_in, to_first=to_first)
+    examined = rows_of(plane, omegas, volts, first, pull_in=pull_in, to_first=to_first)
     for _ in range(REFINEMENTS if refine else 0):
-        between, lowest = unknown_between(plane, found, min(ceiling, float(volts[-1])), confirmed)
+        between, lowest = unknown_between(plane, examined, min(ceiling, float(volts[-1])), confirmed)
         if not between.size:
             break
         share = weighted(counted, 0.5 / REFINEMENTS)
-        more = rows_of(plane, between, volts, share, pull_in=pull_in, around=lowest, to_first=to_first)
-        order = np.argsort(np.concatenate([found["frequency"], between]))
-        found = {name: np.concatenate([values, more[name]])[order] for name, values in found.items()}
+        added = rows_of(plane, between, volts, share, pull_in=pull_in, around=lowest, to_first=to_first)
+        order = np.argsort(np.concatenate([examined["frequency"], between]))
+        examined = {name: np.concatenate([values, added[name]])[order] for name, values in examined.items()}
     counted.finish()
-    return found
+    return examined
 
 
 def unknown_between(
@@ -122,7 +122,7 @@ def rows_of(
     first = np.zeros(len(omegas), dtype=np.intp)
     if around is not None and rest:
         first = np.clip(np.searchsorted(volts, AROUND * around) - 1, 0, len(volts) - 1)
-    shape, found = (len(omegas), len(volts)), dict[str, Array]()
+    shape, tables = (len(omegas), len(volts)), dict[str, Array]()
     met, lower = np.zeros((len(omegas), len(DRIVEN_LIMITS) - 1, len(volts))), None
     counted, step = Counted(weighted(progress, 0.6)), 4 if rest else 1
 
@@ -130,7 +130,7 @@ def rows_of(
         """Examines some pairs of frequency and level."""
         examined = plane.examine(omegas[rows], volts[columns], lower=lower, yields=yields)
         for name, values in examined.items():
-            found.setdefault(name, np.full((*shape, *values.shape[1:]), np.nan))[rows, columns] = values
+            tables.setdefault(name, np.full((*shape, *values.shape[1:]), np.nan))[rows, columns] = values
         met[rows, :, columns] = np.stack([examined[name] for name in DRIVEN_LIMITS[:-1]], axis=1)
         counted(rows.size / (shape[0] * shape[1]))
 
@@ -139,7 +139,7 @@ def rows_of(
         rows, columns = np.repeat(rising, step), (level[rising, None] + np.arange(step)).ravel()
         inside = columns < len(volts)
         examine(rows[inside], columns[inside], lower if lower is None else lower[rows[inside]])
-        lower = None if rest else found["final"][np.arange(len(omegas)), np.minimum(level, len(volts) - 1)]
+        lower = None if rest else tables["final"][np.arange(len(omegas)), np.minimum(level, len(volts) - 1)]
         level[rising] += step
         ends = met[rising] if to_first else met[rising, :1]
         rising = rising[(level[rising] < len(volts)) & ~(ends > 0.0).any(axis=(1, 2))]
@@ -148,9 +148,9 @@ def rows_of(
         first[falling] -= 1
         examine(falling, first[falling], None)
     counted.finish()
-    low, high = _limits(plane, met, found["final"], omegas, volts, weighted(progress, 0.4))
-    final = found.pop("final")
-    kept = {name: found.get(name, np.full(shape, np.nan)) for name in ("regime", "outcome", *YIELDS)}
+    low, high = _limits(plane, met, tables["final"], omegas, volts, weighted(progress, 0.4))
+    final = tables.pop("final")
+    kept = {name: tables.get(name, np.full(shape, np.nan)) for name in ("regime", "outcome", *YIELDS)}
     beyond = ((0, 0), (0, every - len(volts)))
     of_plane = {name: np.pad(values, beyond, constant_values=np.nan) for name, values in kept.items()}
     return of_plane | {"low": low, "high": high, "frequency": omegas, "final_below": _below_all(final, low, volts)}
@@ -217,6 +217,6 @@ def _onset(plane: Plane, omegas: Array, highest: float) -> tuple[Any, Any]:
     if not plane.model.members().symmetric[0] or plane.shape.bias != 0.0:
         return np.nan, np.nan
     amplitude = plane.shape.amplitude
-    found = onset_voltage(plane.model.replace(drive_frequency=omegas), highest=amplitude * highest)
-    onset = np.where(np.isnan(found["onset_voltage"].values), np.inf, found["onset_voltage"].values)
-    return onset / amplitude, (onset + np.nan_to_num(found["onset_error"].values)) / amplitude
+    onsets = onset_voltage(plane.model.replace(drive_frequency=omegas), highest=amplitude * highest)
+    onset = np.where(np.isnan(onsets["onset_voltage"].values), np.inf, onsets["onset_voltage"].values)
+    return onset / amplitude, (onset + np.nan_to_num(onsets["onset_error"].values)) / amplitude

@@ -51,17 +51,17 @@ class Path:
         first, last = (rows, interval), (rows, interval + 1)
         step, s = (self.times[last] - self.times[first])[:, None], share[:, None]
         z, ahead, rate, later = self.states[first], self.states[last], self.rates[first], self.rates[last]
-        more = ahead - z
-        found = z + s * (step * rate + s * (3.0 * more - step * (2.0 * rate + later)))
-        found = found + s**3 * (step * (rate + later) - 2.0 * more)
+        shift = ahead - z
+        states = z + s * (step * rate + s * (3.0 * shift - step * (2.0 * rate + later)))
+        states = states + s**3 * (step * (rate + later) - 2.0 * shift)
         if not cubic:
             h, s = step[:, 0], share
             bend, change = h * h * rate[:, 1], h * h * (later[:, 1] - rate[:, 1])
-            rest, slope = more[:, 0] - h * rate[:, 0] - 0.5 * bend, h * (later[:, 0] - rate[:, 0]) - bend
+            rest, slope = shift[:, 0] - h * rate[:, 0] - 0.5 * bend, h * (later[:, 0] - rate[:, 0]) - bend
             third, fourth, fifth = quintic(rest, slope, change)
             smooth = h * rate[:, 0] + s * (0.5 * bend + s * (third + s * (fourth + s * fifth)))
-            found[:, 0] = z[:, 0] + s * smooth
-        return self.times[first] + share * step[:, 0], found
+            states[:, 0] = z[:, 0] + s * smooth
+        return self.times[first] + share * step[:, 0], states
 
 
 Values = Callable[[Members, Array, Array], Array]
@@ -73,8 +73,8 @@ def dwell_times(path: Path, functions: Values, values: Array) -> tuple[Array, Ar
     a motion has ended; and the error of their sum, (functions, members). ``values`` (functions, members, samples) are
     those at the samples."""
     spans = np.diff(path.times, axis=1)
-    positive, known = values > 0.0, np.isfinite(values)
-    found = np.where(positive[..., :-1] & positive[..., 1:], spans, 0.0)
+    positive, finite = values > 0.0, np.isfinite(values)
+    durations = np.where(positive[..., :-1] & positive[..., 1:], spans, 0.0)
     error = np.zeros(values.shape[:2])
 
     def at(place: Places, share: Array, *, cubic: bool = False) -> Array:
@@ -84,9 +84,9 @@ def dwell_times(path: Path, functions: Values, values: Array) -> tuple[Array, Ar
 
     def polynomial(place: Places) -> Array:
         """Coefficients (points, nodes), highest first, in the share of the interval."""
-        every = tuple(np.tile(part, NODES.size) for part in place)
-        of = at(every, np.repeat(NODES, place[0].size)).reshape(NODES.size, -1)
-        return np.asarray((INVERSE @ of).T)
+        every = tuple(np.tile(indices, NODES.size) for indices in place)
+        sampled = at(every, np.repeat(NODES, place[0].size)).reshape(NODES.size, -1)
+        return np.asarray((INVERSE @ sampled).T)
 
     def cross(place: Places, terms: Array, low: Array, high: Array, upwards: npt.NDArray[np.bool_]) -> Array:
         """The shares of intervals at which the functions pass zero between shares ``low`` and ``high``."""
@@ -100,13 +100,13 @@ def dwell_times(path: Path, functions: Values, values: Array) -> tuple[Array, Ar
         np.add.at(error, (function, rows), np.nan_to_num(off) * spans[rows, interval])
         return share
 
-    place = np.nonzero((positive[..., :-1] != positive[..., 1:]) & known[..., :-1] & known[..., 1:])
-    if place[0].size:
-        upwards = positive[place[0], place[1], place[2] + 1]
-        share = cross(place, polynomial(place), np.zeros(upwards.size), np.ones(upwards.size), upwards)
-        found[place] = np.where(upwards, 1.0 - share, share) * spans[place[1:]]
-    _add_passings(values, spans, found, polynomial, cross)
-    return found, error
+    crossings = np.nonzero((positive[..., :-1] != positive[..., 1:]) & finite[..., :-1] & finite[..., 1:])
+    if crossings[0].size:
+        upwards = positive[crossings[0], crossings[1], crossings[2] + 1]
+        share = cross(crossings, polynomial(crossings), np.zeros(upwards.size), np.ones(upwards.size), upwards)
+        durations[crossings] = np.where(upwards, 1.0 - share, share) * spans[crossings[1:]]
+    _add_passings(values, spans, durations, polynomial, cross)
+    return durations, error
 
 
 def _add_passings(values: Array, spans: Array, found: Array, polynomial: Any, cross: Any) -> None:
@@ -120,14 +120,14 @@ def _add_passings(values: Array, spans: Array, found: Array, polynomial: Any, cr
         close = (here < before) & (here <= after) & (nearest < 0.1 * bend)  # of two equal minima one alone
     same = (sign[..., :-2] == sign[..., 1:-1]) & (sign[..., 1:-1] == sign[..., 2:])
     function, rows, sample = np.nonzero(same & close)
-    own = sign[function, rows, sample + 1]
+    signs = sign[function, rows, sample + 1]
     for side in (0, 1) if rows.size else ():  # in the interval before the sample, and in the one after it
-        place = (function, rows, sample + side)
-        terms = polynomial(place)
-        of = own * (FINE @ terms.T)
-        past, turn = of.min(axis=0) < 0.0, of.argmin(axis=0) / (len(FINE) - 1.0)
+        interval = (function, rows, sample + side)
+        terms = polynomial(interval)
+        distances = signs * (FINE @ terms.T)
+        past, turn = distances.min(axis=0) < 0.0, distances.argmin(axis=0) / (len(FINE) - 1.0)
         if past.any():
-            there, upper, terms = tuple(part[past] for part in place), own[past] > 0.0, terms[past]
-            begin = cross(there, terms, np.zeros(upper.size), turn[past], ~upper)
-            end = cross(there, terms, turn[past], np.ones(upper.size), upper)
-            found[there] += np.where(upper, -1.0, 1.0) * (end - begin) * spans[there[1:]]
+            passings, upper, terms = tuple(indices[past] for indices in interval), signs[past] > 0.0, terms[past]
+            start = cross(passings, terms, np.zeros(upper.size), turn[past], ~upper)
+            end = cross(passings, terms, turn[past], np.ones(upper.size), upper)
+            found[passings] += np.where(upper, -1.0, 1.0) * (end - start) * spans[passings[1:]]

@@ -83,14 +83,14 @@ def mean_deliveries(
         lost = sum(means.values())
     path = path_of(members, times, states, begin, lasts, **flow)
     heat = heat_of(system, work)[:, 0] / lasts
-    found = {
+    averages = {
         "power": np.where(np.abs(lost) <= rounding, 0.0, lost),
         **{f"{cause}_power": mean for cause, mean in means.items()},
         "apparent_power": np.where(jumps > 0.0, np.inf, apparent_power(members, path)),
         "heat": heat,
         "heating": heat,
     }
-    return found, jumps > 0.0
+    return averages, jumps > 0.0
 
 
 def known_of(system: ConeSystem) -> list[str]:

@@ -184,15 +184,15 @@ def window_of(
     """Compute the `envelope` in a plane with ``static_limits``, those of `static_limits_of`; without the motions to
     which kicks lead unless motions are ``kicked``, and ``to_first``, with peaks up to the first limit alone."""
     model = plane.model
-    own_error = float(model.own_numbers["film_error"]) if isinstance(model.film, MembraneFilm) else None
+    film_error = float(model.own_numbers["film_error"]) if isinstance(model.film, MembraneFilm) else None
     refine = frequencies is None
     omegas = plane.default_frequencies() if frequencies is None else positive_axis("frequencies", frequencies)
     default = peaks_of(plane, static_limits)
     creeps: dict[str, dataset.Variable] = thresholds(model, plane.bias_share) if duration is None else {}
     levels: dict[str, dataset.Variable] = {}
     if duration is not None:
-        part = weighted(progress, HELD_SHARE)
-        held = holding(model, duration, float(default[-1]), count=HELD_LEVELS, threads=plane.threads, progress=part)
+        share = weighted(progress, HELD_SHARE)
+        held = holding(model, duration, float(default[-1]), count=HELD_LEVELS, threads=plane.threads, progress=share)
         static_limits, creeps = held_limits(plane, held, static_limits), _held_variables(held, duration)
         default = peaks_of(plane, static_limits) if np.isfinite(static_limits).any() else default  # none above the held
         levels = {"held_voltage": (("held_voltage",), held.levels, "constant voltage that is held", "voltage")}
@@ -200,33 +200,35 @@ def window_of(
     volts = default if peaks is None else positive_axis("peaks", peaks)
     static = static_curves(plane, max(float(volts[-1]), float(default[-1])))
     lowest_static = np.nanmin(static_limits, initial=np.inf)
-    part = weighted(progress, 1.0 - COEXISTING_SHARE) if kicked else progress
+    share = weighted(progress, 1.0 - COEXISTING_SHARE) if kicked else progress
     reach: dict[str, Any] = {"ceiling": lowest_static, "pull_in": static_limits[-1], "to_first": to_first}
-    found = driven(plane, omegas, volts, refine=refine, progress=part, **reach)
-    low = np.where(np.isnan(found["low"]), np.inf, found["low"])
+    examined = driven(plane, omegas, volts, refine=refine, progress=share, **reach)
+    low = np.where(np.isnan(examined["low"]), np.inf, examined["low"])
     first = np.where(np.isfinite(low.min(axis=1)), low.argmin(axis=1), -1)
-    recommended = recommended_peaks(found["low"], lowest_static, volts, margin)
+    recommended = recommended_peaks(examined["low"], lowest_static, volts, margin)
     constant = (1.0 - margin) * np.minimum(lowest_static, default[-1])
-    edge = plane.examine(found["frequency"], recommended)
+    edge = plane.examine(examined["frequency"], recommended)
     window = {name: np.where(recommended > 0.0, edge[name], np.nan) for name in _WINDOW}
     others: dict[str, dataset.Variable] = {}
     if kicked:
-        there = np.isin(found["frequency"], omegas) & (recommended > 0.0)
-        others = _coexisting(plane, found["frequency"], recommended, there, weighted(progress, COEXISTING_SHARE))
+        has_window = np.isin(examined["frequency"], omegas) & (recommended > 0.0)
+        others = _coexisting(
+            plane, examined["frequency"], recommended, has_window, weighted(progress, COEXISTING_SHARE)
+        )
     of_constant, of_frequency = ("constant_voltage",), ("drive_frequency",)
     of_both = ("drive_frequency", "peak_voltage")
     of_limit = ("driven_limit", "drive_frequency")
     result = dataset.label(
         model,
         {name: (of_constant, values, *_STATIC[name]) for name, values in static.items() if name in _STATIC}
-        | {name: (of_both, found[name.removeprefix("driven_")], *_DRIVEN[name]) for name in _of(model, _DRIVEN)}
+        | {name: (of_both, examined[name.removeprefix("driven_")], *_DRIVEN[name]) for name in _of(model, _DRIVEN)}
         | {f"window_{name}": (of_frequency, window[name], *_WINDOW[name]) for name in _of(model, _WINDOW)}
         | others
         | creeps
         | {
             "static_limit_voltage": (("static_limit",), static_limits, "voltage of the quasi-static limit", _VOLTAGE),
-            "limit_low": (of_limit, found["low"].T, "lower end of the interval of the limit's voltage", _VOLTAGE),
-            "limit_high": (of_limit, found["high"].T, "upper end of the interval of the limit's voltage", _VOLTAGE),
+            "limit_low": (of_limit, examined["low"].T, "lower end of the interval of the limit's voltage", _VOLTAGE),
+            "limit_high": (of_limit, examined["high"].T, "upper end of the interval of the limit's voltage", _VOLTAGE),
             "first_limit": (of_frequency, first, "index of the limit that comes first, -1 if none", "code"),
             "recommended_peak": (of_frequency, recommended, "recommended highest peak voltage", "voltage"),
             "recommended_constant": ((), constant, "recommended highest constant voltage", "voltage"),
@@ -235,7 +237,7 @@ def window_of(
         coords=levels
         | {
             "constant_voltage": (of_constant, static["constant_voltage"], "constant voltage", "voltage"),
-            "drive_frequency": (of_frequency, found["frequency"], "drive frequency", "frequency"),
+            "drive_frequency": (of_frequency, examined["frequency"], "drive frequency", "frequency"),
             "peak_voltage": (("peak_voltage",), volts, "peak voltage", "voltage"),
             "operating_peak_voltage": ((), float(model.peak_voltage), "peak voltage of the device's drive", "voltage"),
             "operating_frequency": ((), float(model.drive_frequency), "frequency of its drive", "frequency"),
@@ -247,7 +249,7 @@ def window_of(
     )
     return _of_both_films(result, plane).assign_attrs(
         pull_in_of=pull_in_of(plane),
-        pull_in_error=own_error or max((curve.error for curve in plane.membranes), default=0.0),
+        pull_in_error=film_error or max((curve.error for curve in plane.membranes), default=0.0),
     )
 
 
@@ -262,14 +264,14 @@ def _of_both_films(result: xr.Dataset, plane: Plane) -> xr.Dataset:
 
 def said_in_proportion(result: xr.Dataset, system: ConeSystem) -> xr.Dataset:
     """The envelope with the meanings of a drive that is held at its peak, if its films are in opposite phase."""
-    more = in_proportion(system)
-    if not more:
+    suffix = in_proportion(system)
+    if not suffix:
         return result
-    for name, own in result.variables.items():
-        words = str(own.attrs["long_name"])
-        asked = "constant_voltage" in own.dims or own.attrs.get("quantity") == "voltage"
-        if asked and not str(name).startswith("operating_") and not words.endswith(more):
-            own.attrs["long_name"] = _HELD_AT_PEAK.get(str(name), words) + more
+    for name, variable in result.variables.items():
+        words = str(variable.attrs["long_name"])
+        asked = "constant_voltage" in variable.dims or variable.attrs.get("quantity") == "voltage"
+        if asked and not str(name).startswith("operating_") and not words.endswith(suffix):
+            variable.attrs["long_name"] = _HELD_AT_PEAK.get(str(name), words) + suffix
     return result
 
 
@@ -376,27 +378,33 @@ def _coexisting(
     plane: Plane, omegas: Array, peaks: Array, kicked: npt.NDArray[np.bool_], progress: Progress
 ) -> dict[str, dataset.Variable]:
     """The motions that coexist with the window's at the frequencies at which motions are ``kicked``."""
-    there = np.flatnonzero(kicked)
+    kicked_rows = np.flatnonzero(kicked)
     of_frequency, of_motion = ("drive_frequency",), ("drive_frequency", "motion")
-    members = plane.at(omegas[there], peaks[there]).members() if there.size else plane.model.members().take(there)
+    members = (
+        plane.at(omegas[kicked_rows], peaks[kicked_rows]).members()
+        if kicked_rows.size
+        else plane.model.members().take(kicked_rows)
+    )
     start = members.start_states((plane.rest + NUDGE, 0.0))
-    found = coexisting(members, start, threads=plane.threads, progress=progress)
+    motions = coexisting(members, start, threads=plane.threads, progress=progress)
     of_ok = np.zeros(1, dtype=np.int8)
-    shares = validity_variables(found["validity"], of_ok, members.system, of_motion, "coexisting motion")
+    shares = validity_variables(motions["validity"], of_ok, members.system, of_motion, "coexisting motion")
     variables: dict[str, dataset.Variable] = {
-        "coexisting_motions": (of_frequency, found["motions"], "motions other than the window's", "count")
+        "coexisting_motions": (of_frequency, motions["motions"], "motions other than the window's", "count")
     }
-    variables |= {name: (of_frequency, found[name], *about) for name, about in _KICKS.items()}
+    variables |= {name: (of_frequency, motions[name], *about) for name, about in _KICKS.items()}
     for name, about in _MOTIONS.items():
-        variables[f"motion_{name}"] = (of_motion, found[f"motion_{name}" if "kick" in name else name], *about)
+        variables[f"motion_{name}"] = (of_motion, motions[f"motion_{name}" if "kick" in name else name], *about)
     variables |= {f"motion_{name}": variable for name, variable in shares.items()}
 
     def all_frequencies(values: Array) -> Array:
         spread = np.full((len(omegas), *values.shape[1:]), np.nan)
-        spread[there] = values
+        spread[kicked_rows] = values
         return spread
 
-    return {n: (dims, all_frequencies(values), words, of) for n, (dims, values, words, of) in variables.items()}
+    return {
+        n: (dims, all_frequencies(values), words, quantity) for n, (dims, values, words, quantity) in variables.items()
+    }
 
 
 def positive_axis(name: str, values: npt.ArrayLike) -> Array:

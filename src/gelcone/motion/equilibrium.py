@@ -101,24 +101,24 @@ def static(
     'one of 1: 12.59 mm'
     """
     levels = own_levels(model) if voltages is None else constant_voltages(voltages)
-    held = films_at_once(model) if at_once else model
-    balances = balances_of(held)
+    ensemble = films_at_once(model) if at_once else model
+    balances = balances_of(ensemble)
     counted = Counted(progress)
-    found = []
+    equilibria = []
     for balance in balances:
-        found.append(balance.equilibria(levels**2))
+        equilibria.append(balance.equilibria(levels**2))
         counted(0.7 / len(balances))
-    x = _force_range(balances, found) if displacements is None else _wanted(displacements, balances)
+    x = _force_range(balances, equilibria) if displacements is None else _wanted(displacements, balances)
     squared = levels[:, None] ** 2
     whole = np.stack([balance.whole(x, squared) for balance in balances])
     held_by = zip(*(balance.force_and_slope(x, squared) for balance in balances), strict=True)
     force, stiffness = (np.where(whole, np.stack(parts), np.nan) for parts in held_by)
-    count = np.array([[len(at) for at in row] for row in found])
+    count = np.array([[len(at) for at in row] for row in equilibria])
     folds = each(lambda balance: balance.folds(), balances)
     rests = each(rest_of, balances, [None] * len(balances))
     pull_in = pull_in_variables(balances, rests, model.system)
     delivered = ramp_variables(balances, rests, levels)
-    rows = [np.array(at, dtype=float).reshape(-1, 3) for row in found for at in row]
+    rows = [np.array(at, dtype=float).reshape(-1, 3) for row in equilibria for at in row]
     place, slope, stable = (padded([at[:, k] for at in rows]).reshape(*count.shape, -1) for k in range(3))
     dims = ("constant_voltage", "equilibrium")
     result = label_static(
@@ -145,7 +145,7 @@ def static(
         },
         title="statics",
     )
-    result = _with_validity(result, held.members(), balances, levels, place)
+    result = _with_validity(result, ensemble.members(), balances, levels, place)
     counted.finish()
     options = json.loads(result.attrs["options"]) | {"voltages": None if voltages is None else levels.tolist()}
     options |= {"displacements": None if displacements is None else x.tolist(), "at_once": at_once}
@@ -172,8 +172,8 @@ def _with_validity(
     slope, nowhere = result["slope"], np.isnan(place).reshape(flat)
 
     def add(name: str, values: Any, attrs: dict[str, Any], missing: Any = np.nan) -> None:
-        known = np.where(nowhere, missing, values).reshape(slope.shape)
-        result[name] = (slope.dims, known, attrs)
+        filled = np.where(nowhere, missing, values).reshape(slope.shape)
+        result[name] = (slope.dims, filled, attrs)
 
     for film, voltage in zip(films, voltages, strict=True):
         if not follow or film.has_other_voltage:
@@ -189,8 +189,8 @@ def _with_validity(
     branch, at = result["branch_voltage"], result["branch_displacement"].values.reshape(flat)
     _, _, fails = _failing(result, members, balances, np.nan_to_num(branch.values).reshape(flat), at)
     attrs = dataset.attributes("whether an assumption of the model fails along the equilibria", "flag")
-    found = np.any([*fails.values()], axis=0) & np.isfinite(at)
-    result["branch_fails"] = (branch.dims, found.reshape(branch.shape), attrs)
+    any_fails = np.any([*fails.values()], axis=0) & np.isfinite(at)
+    result["branch_fails"] = (branch.dims, any_fails.reshape(branch.shape), attrs)
     return result
 
 
@@ -232,7 +232,7 @@ def _branch_limit(
     balances: list[StaticBalance], levels: Array, folds: list[list[tuple[float, float]]], pull_in: Array
 ) -> float:
     """Highest voltage to which branches are traced: beyond all given voltages, and all bifurcations within `FAR`."""
-    events = [*map(float, pull_in)] + [v for own in folds for v, _ in own]
+    events = [*map(float, pull_in)] + [v for member_folds in folds for v, _ in member_folds]
     events += [math.sqrt(w) for balance in balances if balance.flat and (w := balance.pitchfork()) > 0.0]
     given = float(levels.max())
     near = [v for v in events if v < FAR * max(given, 1.0)]

@@ -79,9 +79,9 @@ def average(
     for group, clock in clocks(members, stretch):
         rows = group[runs[group]]
         if rows.size:
-            own = members.take(rows), states[rows], clock.take(runs[group])
-            for ended, found in _averages(*own, budget, goal, flow_options):
-                result.put(rows[ended], found)
+            row_inputs = members.take(rows), states[rows], clock.take(runs[group])
+            for ended, exponents in _averages(*row_inputs, budget, goal, flow_options):
+                result.put(rows[ended], exponents)
     return result
 
 
@@ -96,9 +96,9 @@ def _averages(
     advance(members, run, clock, clock.block, **flow_options)
     while True:
         blocks = FEWEST_BLOCKS if growth.shape[1] == 0 else growth.shape[1] // clock.block
-        more, trace = advance(members, run, clock, blocks * clock.block, **flow_options)
+        new_growth, trace = advance(members, run, clock, blocks * clock.block, **flow_options)
         # the trace is averaged as the exponents are, over the same blocks
-        growth = np.concatenate([growth, np.concatenate([more, trace[:, :, None]], axis=2)], axis=1)
+        growth = np.concatenate([growth, np.concatenate([new_growth, trace[:, :, None]], axis=2)], axis=1)
         means, errors, steady, grown = steady_statistics(growth, clock)
         errors[:, :-1] = np.maximum(errors[:, :-1], run.error / clock.spacing[:, None])
         time = growth.shape[1] * clock.spacing
@@ -107,13 +107,18 @@ def _averages(
         enough = certain & steady & grown & (errors[:, 0] <= precision)
         finished = enough | (run.outcome != Outcome.OK) | (2.0 * time > budget)
         sign, running = np.where(certain, np.sign(means[:, 0]), 0), running_estimate(growth, clock)
-        found = Exponents(means[:, :-1], errors[:, :-1], time, means[:, -1], sign, run.outcome, running, run.states)
-        yield rows[finished], found.take(finished)
+        exponents = Exponents(means[:, :-1], errors[:, :-1], time, means[:, -1], sign, run.outcome, running, run.states)
+        yield rows[finished], exponents.take(finished)
         if finished.all():
             return
-        left = np.flatnonzero(~finished)
-        members, rows, growth, clock = members.take(left), rows[left], growth[left], clock.take(left)
-        run = run.take(left)
+        unfinished = np.flatnonzero(~finished)
+        members, rows, growth, clock = (
+            members.take(unfinished),
+            rows[unfinished],
+            growth[unfinished],
+            clock.take(unfinished),
+        )
+        run = run.take(unfinished)
 
 
 def shear_level(time: Array) -> Array:

@@ -32,16 +32,16 @@ def extent(members: Members, times: Array, states: Array, **flow: Any) -> tuple[
     lowest, highest = x.min(axis=1), x.max(axis=1)
     rows, first = np.nonzero(u[:, :-1] * u[:, 1:] < 0.0)
     if rows.size:
-        found, apart = _on_quintics(members, times, states, rows, first)
+        extremes, apart = _on_quintics(members, times, states, rows, first)
         doubt, low, high = UNSURE * apart, lowest.copy(), highest.copy()
-        np.fmin.at(low, rows, found + doubt)  # the lowest displacement is below ``low``, the highest above ``high``
-        np.fmax.at(high, rows, found - doubt)
-        may = (found - doubt <= low[rows]) | (found + doubt >= high[rows])
+        np.fmin.at(low, rows, extremes + doubt)  # the lowest displacement is below ``low``, the highest above ``high``
+        np.fmax.at(high, rows, extremes - doubt)
+        may = (extremes - doubt <= low[rows]) | (extremes + doubt >= high[rows])
         at = np.flatnonzero(may & (apart > FAR * (highest - lowest)[rows]))
         if at.size:
-            found[at] = _reached(members, times, states, rows[at], first[at], flow)
-        np.fmin.at(lowest, rows, np.where(np.isnan(lowest[rows]), np.nan, found))
-        np.fmax.at(highest, rows, np.where(np.isnan(highest[rows]), np.nan, found))
+            extremes[at] = _reached(members, times, states, rows[at], first[at], flow)
+        np.fmin.at(lowest, rows, np.where(np.isnan(lowest[rows]), np.nan, extremes))
+        np.fmax.at(highest, rows, np.where(np.isnan(highest[rows]), np.nan, extremes))
     return lowest, highest
 
 
@@ -55,8 +55,8 @@ def _on_quintics(members: Members, times: Array, states: Array, rows: Index, fir
     rest, slope = x[:, 1] - x[:, 0] - u0, u1 - u0
     cubic = x[:, 0] + s * (u0 + s * (3.0 * rest - slope + s * (slope - 2.0 * rest)))
     third, fourth, fifth = quintic(rest - 0.5 * a0, slope - a0, a1 - a0)
-    found = x[:, 0] + s * (u0 + s * (0.5 * a0 + s * (third + s * (fourth + s * fifth))))
-    return np.asarray(found), np.abs(found - cubic)
+    displacement = x[:, 0] + s * (u0 + s * (0.5 * a0 + s * (third + s * (fourth + s * fifth))))
+    return np.asarray(displacement), np.abs(displacement - cubic)
 
 
 def _both_sides(

@@ -73,19 +73,19 @@ def extrema(
     check_forcing_periods(members, 1, repeats=repeats)
     check_forcing_periods(members, discard=discard)
     outcome = np.zeros(members.size, dtype=np.int8)
-    found = []
+    piece_turns = []
     flow: dict[str, Any] = {"tolerance": tolerance, "threads": threads}
     for (samples,), rows in blocks(samples_per_repeat(members, SAMPLES_PER_OSCILLATION)):
-        part = members.take(rows)
+        group = members.take(rows)
         settling, sampling = split_progress(progress, discard, repeats, share=rows.size / members.size)
-        states, settled = settle(part, states0[rows], discard, progress=settling, **flow)
+        states, settled = settle(group, states0[rows], discard, progress=settling, **flow)
         shares = np.arange(samples) / samples
-        for piece in pieces(part, states, repeats, shares, outcome=settled, progress=sampling, **flow):
-            which, turns = _turning_points(part, piece, flow)
+        for piece in pieces(group, states, repeats, shares, outcome=settled, progress=sampling, **flow):
+            which, turns = _turning_points(group, piece, flow)
             turns[:, 0] += discard + piece.first
-            found.append((rows[which], turns))
+            piece_turns.append((rows[which], turns))
             outcome[rows] = piece.outcome
-    which, rows = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    which, rows = (np.concatenate(parts) for parts in zip(*piece_turns, strict=True))
     count = np.bincount(which, minlength=members.size)
     table = padded(np.split(rows[np.argsort(which, kind="stable")], np.cumsum(count)[:-1]))
     repeat = members.forcing_period[:, None]

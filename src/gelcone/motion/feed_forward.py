@@ -113,13 +113,13 @@ def _integrated(model: ConeModel, tau: Array, voltage: Array, start: tuple[float
     n = {**system.numbers_of({name: np.asarray(value, dtype=float) for name, value in model.values.items()})}
 
     def rates(t: float, z: Array) -> list[float]:
-        own = n | {INPUTS[0]: np.interp(t, tau, voltage)}
+        numbers = n | {INPUTS[0]: np.interp(t, tau, voltage)}
         with np.errstate(all="ignore"):
-            return [float(rate) for rate in system.rates(0.0, list(z), own)]
+            return [float(rate) for rate in system.rates(0.0, list(z), numbers)]
 
     options = {"method": "DOP853", "rtol": TOLERANCE, "atol": TOLERANCE**1.5, "max_step": np.diff(tau).max()}
-    found = np.full(tau.shape, np.nan)
+    displacement = np.full(tau.shape, np.nan)
     with np.errstate(all="ignore"):
         run = solve_ivp(rates, (0.0, tau[-1]), start, t_eval=tau, **options)
-    found[: run.t.size] = run.y[0]
-    return np.where(np.logical_or.accumulate(np.isnan(found)), np.nan, found)
+    displacement[: run.t.size] = run.y[0]
+    return np.where(np.logical_or.accumulate(np.isnan(displacement)), np.nan, displacement)

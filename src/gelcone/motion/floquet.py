@@ -180,18 +180,18 @@ def onset_voltage(
     ends = _search_ends(model, highest)
     counts = _scan_steps(members, steps)
     options = {"tolerance": tolerance, "threads": threads}
-    found = np.full((3, model.size), np.nan)
+    onsets = np.full((3, model.size), np.nan)
     outcome = np.zeros(model.size, dtype=np.int8)
     for count in np.unique(counts):
         rows = np.flatnonzero(counts == count)
-        part = weighted(progress, rows.size * int(count) / float(counts.sum()))
-        found[:, rows], outcome[rows] = _onsets(members.take(rows), ends[rows], int(count), options, part)
+        share = weighted(progress, rows.size * int(count) / float(counts.sum()))
+        onsets[:, rows], outcome[rows] = _onsets(members.take(rows), ends[rows], int(count), options, share)
     return dataset.label(
         model,
         {
-            "onset_voltage": ((), found[0], "voltage amplitude at which the flat film loses stability", _ONSET),
-            "onset_kind": ((), found[1].astype(np.int8), "how rest loses stability", Onset),
-            "onset_error": ((), found[2], "width to which the onset is known", _ONSET),
+            "onset_voltage": ((), onsets[0], "voltage amplitude at which the flat film loses stability", _ONSET),
+            "onset_kind": ((), onsets[1].astype(np.int8), "how rest loses stability", Onset),
+            "onset_error": ((), onsets[2], "width to which the onset is known", _ONSET),
             "searched": (("bound",), np.stack([0.0 * ends, ends], axis=1), "voltage amplitudes searched", "voltage"),
         },
         outcome=outcome,
@@ -261,7 +261,7 @@ def tongues(
     omega, volts = (_axis(n, v) for n, v in (("drive_frequency", frequencies), ("voltage", voltages)))
     _check_rest(model)
     options = {"tolerance": tolerance, "threads": threads}
-    own = onset_voltage(model, highest=highest, tolerance=tolerance, threads=threads)
+    operating = onset_voltage(model, highest=highest, tolerance=tolerance, threads=threads)
     rows = model.replace(drive_frequency=omega)
     grid = model.replace(drive_frequency=omega[:, None], voltage=volts).members()
     maps = monodromy(grid, options, weighted(progress, 0.4))
@@ -300,7 +300,7 @@ def tongues(
     for name in ("onset_voltage", "onset_kind"):
         result[name] = (line, onset[name].values, onset[name].attrs)
     result["outcome"] = dataset.outcome_array(maps.outcome.reshape(shape), plane)
-    return result.assign({f"operating_{name}": own[name] for name in ("onset_voltage", "onset_kind", "searched")})
+    return result.assign({f"operating_{name}": operating[name] for name in ("onset_voltage", "onset_kind", "searched")})
 
 
 def _check_rest(model: Ensemble) -> None:
@@ -337,16 +337,16 @@ def _onsets(
     rows, first = np.unique(rows, return_index=True)
     low, high = low[first], high[first]
     counted(2 * SECTIONS * PEAK_ROUNDS / whole)
-    found = np.full((3, members.size), np.nan)
-    found[1] = Onset.NONE
+    onsets = np.full((3, members.size), np.nan)
+    onsets[1] = Onset.NONE
     if rows.size:
         unstable = members.take(rows)
         voltage, width = _refine(unstable, low, high, np.ones(rows.size), options)
         doubles = _at_voltages(unstable, voltage[:, None], options).trace < 0.0
-        found[:, rows] = voltage, np.where(doubles, Onset.MINUS_ONE, Onset.PLUS_ONE), width
-    found[:, margin[:, 0] > STILL_STABLE] = np.array([[0.0], [Onset.AT_START], [0.0]])
+        onsets[:, rows] = voltage, np.where(doubles, Onset.MINUS_ONE, Onset.PLUS_ONE), width
+    onsets[:, margin[:, 0] > STILL_STABLE] = np.array([[0.0], [Onset.AT_START], [0.0]])
     counted.finish()
-    return found, maps.outcome.reshape(scan.shape).max(axis=1)
+    return onsets, maps.outcome.reshape(scan.shape).max(axis=1)
 
 
 def _at_voltages(members: Members, voltages: Array, options: dict[str, Any], progress: Progress = None) -> Monodromy:
@@ -386,9 +386,9 @@ def _boundaries(rows: Members, volts: Array, margin: Array, options: dict[str, A
     """All voltages at which the stability of each row changes on the grid, shape (rows, most changes), NaN-padded."""
     row, step = np.nonzero((margin[:, 1:] > 0.0) != (margin[:, :-1] > 0.0))
     rising = np.where(margin[row, step + 1] > 0.0, 1.0, -1.0)
-    found = _refine(rows.take(row), volts[step], volts[step + 1], rising, options)[0] if row.size else volts[:0]
+    crossings = _refine(rows.take(row), volts[step], volts[step + 1], rising, options)[0] if row.size else volts[:0]
     advance(progress, 1.0)
-    return padded(np.split(found, np.searchsorted(row, np.arange(1, len(margin)))))
+    return padded(np.split(crossings, np.searchsorted(row, np.arange(1, len(margin)))))
 
 
 def _refine(members: Members, low: Array, high: Array, rising: Array, options: dict[str, Any]) -> tuple[Array, Array]:

@@ -48,16 +48,19 @@ def jumps_between(members: Members, start: Array, end: Array) -> Jumps:
     """The jumps after ``start`` and until ``end`` (members,) of a waveform with pieces."""
     system, wide = members.system, members.numbers(trailing=1)
     corners = system.waveform.corners_between(start, end, members.own_numbers).later
-    known, apart = np.isfinite(corners), NEARBY * members.drive_period[:, None]
-    at = np.where(known, corners, end[:, None])
+    finite, apart = np.isfinite(corners), NEARBY * members.drive_period[:, None]
+    at = np.where(finite, corners, end[:, None])
     before, after = (system.waveform.voltage(at + sign * apart, wide) for sign in (-1.0, 1.0))
     with np.errstate(invalid="ignore"):  # between infinite times of padding
-        lasts = np.diff(np.where(known, corners, np.inf), axis=1, append=np.inf)
+        lasts = np.diff(np.where(finite, corners, np.inf), axis=1, append=np.inf)
     last = lasts > 2.0 * apart  # pieces may have length 0
-    there = known & last & (np.abs(after - before) > JUMP * np.reshape(members.peak_voltage, (-1, 1)))
-    first = np.argsort(~there, axis=1, kind="stable")[:, : int(there.sum(axis=1).max(initial=0))]
-    own = [np.take_along_axis(one, first, axis=1) for one in (np.where(there, corners, np.inf), before, after, there)]
-    return Jumps(*own)
+    is_jump = finite & last & (np.abs(after - before) > JUMP * np.reshape(members.peak_voltage, (-1, 1)))
+    first = np.argsort(~is_jump, axis=1, kind="stable")[:, : int(is_jump.sum(axis=1).max(initial=0))]
+    jump_fields = [
+        np.take_along_axis(array, first, axis=1)
+        for array in (np.where(is_jump, corners, np.inf), before, after, is_jump)
+    ]
+    return Jumps(*jump_fields)
 
 
 def increasing(times: Array, end: Array) -> Array:
@@ -74,19 +77,19 @@ def end_films(job: Job, run: Callable[[Job], None]) -> None:
     if not rows.size:
         return
     members, last = job.members.take(rows), job.times[rows, -1]
-    found = jumps_between(members, job.start[rows], last)
-    if not found.there.any():
+    jumps = jumps_between(members, job.start[rows], last)
+    if not jumps.there.any():
         return
-    to_jumps = _job(job, rows, increasing(found.times, last))
+    to_jumps = _job(job, rows, increasing(jumps.times, last))
     run(to_jumps)
     z, n = list(np.moveaxis(to_jumps.result.states, -1, 0)), members.numbers(trailing=1)
     ends, by = np.full(rows.size, np.inf), np.full(rows.size, -1)
     for line, k in films:
-        squares = [np.square(system.command_of(line, v, n)) for v in (found.before, found.after)]
+        squares = [np.square(system.command_of(line, v, n)) for v in (jumps.before, jumps.after)]
         with np.errstate(invalid="ignore"):
             most = system.films[k].highest_squared_held(z[0], system.states_of(z, "film", k), n)
-            lost = found.there & (squares[1] > most) & (squares[1] > squares[0])
-        first = np.where(lost, found.times, np.inf).min(axis=1)
+            lost = jumps.there & (squares[1] > most) & (squares[1] > squares[0])
+        first = np.where(lost, jumps.times, np.inf).min(axis=1)
         ends, by = np.minimum(ends, first), np.where(first < ends, k, by)
     met = by >= 0
     if met.any():
@@ -104,8 +107,8 @@ def _slack(result: Trajectories, system: ConeSystem, films: list[int]) -> npt.ND
     """
     times = result.film_times[:, films, :]
     slack = [[name in ("meridional_slack", "crumpled") for name in system.films[k].kinds] for k in films]
-    own = np.array([row + [False] * (times.shape[2] - len(row)) for row in slack], dtype=bool)
-    return np.asarray(((times > 0.0) & own).any(axis=(1, 2)) | (result.outcome == Outcome.PULLED_IN))
+    slack_kinds = np.array([row + [False] * (times.shape[2] - len(row)) for row in slack], dtype=bool)
+    return np.asarray(((times > 0.0) & slack_kinds).any(axis=(1, 2)) | (result.outcome == Outcome.PULLED_IN))
 
 
 def _job(job: Job, rows: npt.NDArray[np.intp], times: Array) -> Job:
@@ -127,9 +130,9 @@ def _cut(job: Job, rows: npt.NDArray[np.intp], ends: Array, by: Array, run: Call
     result, beyond = job.result, job.times[rows] > ends[:, None]
     for kept in (result.states, result.tangents, result.divergence, result.work):
         if kept is not None:
-            own = kept[rows]
-            own[beyond] = np.nan
-            kept[rows] = own
+            values = kept[rows]
+            values[beyond] = np.nan
+            kept[rows] = values
     result.outcome[rows], result.steps[rows] = Outcome.PULLED_IN, until.result.steps
     result.end_times[rows], result.end_states[rows] = ends, until.result.states[:, 0]
     result.film_times[rows] = until.result.film_times

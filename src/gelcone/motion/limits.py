@@ -80,8 +80,8 @@ def limits(
     """
     states = start_states(model, (0.0, 0.0))
     options: dict[str, Any] = {"at_once": at_once, "tolerance": tolerance}
-    found = limits_cells(model.members(), states, **options, threads=threads, progress=progress)
-    return dataset.label(model, found.variables, outcome=found.outcome, options=options, title="limits")
+    findings = limits_cells(model.members(), states, **options, threads=threads, progress=progress)
+    return dataset.label(model, findings.variables, outcome=findings.outcome, options=options, title="limits")
 
 
 def limits_cells(
@@ -94,17 +94,17 @@ def limits_cells(
     progress: Progress = None,
 ) -> Findings:
     """Compute `limits` for every member of a flattened ensemble; the ``states`` are ignored, options as there."""
-    found = {name: np.full(members.size, np.nan) for name in _MEANINGS}
+    voltages = {name: np.full(members.size, np.nan) for name in _MEANINGS}
     outcome = np.full(members.size, Outcome.OUTSIDE, dtype=np.int8)
     kind = np.full(members.size, PullIn.NEVER, dtype=np.int8)
     reachable = inside(members, 0.0)
     flat = reachable & members.symmetric
     if reachable.any():
-        part = members.take(reachable)
+        reached = members.take(reachable)
         outcome[reachable] = Outcome.OK
-        held = films_at_once(part) if at_once else part
-        found["pitchfork_voltage"][reachable] = pitchfork_voltages(every_balance(held))
-        found["pull_in_voltage"][reachable], kind[reachable] = jump_voltages(held)
+        held = films_at_once(reached) if at_once else reached
+        voltages["pitchfork_voltage"][reachable] = pitchfork_voltages(every_balance(held))
+        voltages["pull_in_voltage"][reachable], kind[reachable] = jump_voltages(held)
     advance(progress, 0.1 if flat.any() else 1.0)
     if flat.any():
         onset = onset_voltage(
@@ -112,13 +112,13 @@ def limits_cells(
         )
         outcome[flat] = onset["outcome"]
         for name in ("onset_voltage", "onset_error"):
-            found[name][flat] = onset[name]
-        stays = flat & (outcome == Outcome.OK) & np.isnan(found["onset_voltage"])
-        found["onset_voltage"][stays] = np.inf
-    of = dict.fromkeys(("pitchfork_voltage", "pull_in_voltage"), at_own_bias(members.system))
-    of["pull_in_voltage"] += of_the_cone(members.system)
+            voltages[name][flat] = onset[name]
+        stays = flat & (outcome == Outcome.OK) & np.isnan(voltages["onset_voltage"])
+        voltages["onset_voltage"][stays] = np.inf
+    endings = dict.fromkeys(("pitchfork_voltage", "pull_in_voltage"), at_own_bias(members.system))
+    endings["pull_in_voltage"] += of_the_cone(members.system)
     variables: dict[str, dataset.Variable] = {
-        n: ((), found[n], meaning + of.get(n, ""), _ABSENT[n]) for n, meaning in _MEANINGS.items()
+        n: ((), voltages[n], meaning + endings.get(n, ""), _ABSENT[n]) for n, meaning in _MEANINGS.items()
     }
     return Findings(variables | {"pull_in_kind": ((), kind, PULL_IN_KIND, PullIn)}, outcome)
 

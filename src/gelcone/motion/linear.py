@@ -75,7 +75,7 @@ def linear_response(model: Ensemble, frequencies: Array) -> LinearResponse:
     if set(TIMED) & {
         quantity.scale for name, quantity in members.system.waveform.parameters.items() if name not in VOLTAGE
     }:
-        alone = [_responses(members.replace(drive_frequency=own), own[:, None]) for own in omega.T]
+        alone = [_responses(members.replace(drive_frequency=frequency), frequency[:, None]) for frequency in omega.T]
         stroke, first = (np.concatenate(parts, axis=-1) for parts in zip(*alone, strict=True))
     else:
         stroke, first = _responses(members, omega)
@@ -94,8 +94,8 @@ def linear_peak(members: Members, frequencies: Array, strokes: Array) -> tuple[A
         low = np.where(places < at * (1.0 - PEAK_SAME), places, places[:, :1]).max(axis=1)
         high = np.where(places > at * (1.0 + PEAK_SAME), places, places[:, -1:]).min(axis=1)
         tried = np.sort(np.column_stack([np.linspace(low, high, PEAK_FREQUENCIES, axis=-1), at]), axis=1)
-        found = np.asarray(linear_response(members, tried).stroke)
-        places, heights = tried, np.where(tried == at, height, np.where(np.isnan(found), -1.0, found))
+        new_strokes = np.asarray(linear_response(members, tried).stroke)
+        places, heights = tried, np.where(tried == at, height, np.where(np.isnan(new_strokes), -1.0, new_strokes))
     best = heights.argmax(axis=1)
     largest = np.where(heights[rows, best] < 0.0, np.nan, heights[rows, best])
     return np.where(np.isnan(largest), np.nan, places[rows, best]), largest
@@ -107,11 +107,11 @@ def _responses(members: Members, omega: Array) -> tuple[Array, npt.NDArray[np.co
     needed = _orders(members, omega)
     for orders in np.unique(needed[needed <= MOST_ORDERS]).tolist():
         for rows, columns in _blocks(needed == orders, orders):
-            own, at = needed[np.ix_(rows, columns)] == orders, omega[np.ix_(rows, columns)]
+            same_orders, at = needed[np.ix_(rows, columns)] == orders, omega[np.ix_(rows, columns)]
             harmonics = _harmonics(members.take(rows), at, orders)
-            row, column = np.nonzero(own)
-            stroke[rows[row], columns[column]] = _stroke(harmonics)[own]
-            first[rows[row], :, columns[column]] = harmonics[..., :2][own]
+            row, column = np.nonzero(same_orders)
+            stroke[rows[row], columns[column]] = _stroke(harmonics)[same_orders]
+            first[rows[row], :, columns[column]] = harmonics[..., :2][same_orders]
     return stroke, first
 
 
@@ -257,9 +257,9 @@ def _loaded(
     n = {name: np.asarray(value)[..., None] for name, value in at.n.items()}
     voltages = {}
     for line in system.lines:
-        own = sorted(system.places_of(line))
-        voltages[line.prefix], *found = _passed(system, line, at, samples, omega, orders)
-        for i, values in zip(own, found, strict=True):
+        places = sorted(system.places_of(line))
+        voltages[line.prefix], *circuit_states = _passed(system, line, at, samples, omega, orders)
+        for i, values in zip(places, circuit_states, strict=True):
             z[i] = values
     squares = [system.squared_at(voltages[line.prefix], z, n, k) for k, line in enumerate(system.film_lines)]
     shape = (*omega.shape, samples.shape[-1])
@@ -270,20 +270,20 @@ def _passed(system: ConeSystem, line: Line, at: _Rest, samples: Array, omega: Ar
     """A line's voltage and the states of its circuit, (members, frequencies, samples) each; the states follow as many
     multiples of the drive frequency as ``orders`` says."""
     bias, shape, count = np.broadcast_to(at.n["voltage_bias"], at.place.shape), omega.shape, samples.shape[-1]
-    slopes, own = stacked(_electric_slopes(system, line, at), shape), sorted(system.places_of(line))
+    slopes, places = stacked(_electric_slopes(system, line, at), shape), sorted(system.places_of(line))
     commanded = np.fft.rfft(np.broadcast_to(samples, (*shape, count)) - bias[..., None])
     commanded[np.abs(commanded) < SMALLEST_LINEAR_HARMONIC * count * np.abs(samples).max(axis=-1, keepdims=True)] = 0.0
     multiples = np.arange(commanded.shape[-1], dtype=float)
     multiples[0] = SMALLEST_LINEAR_HARMONIC  # a circuit may hold its charge at a constant voltage
     s = 1j * multiples * omega[..., None]
-    rests = system.electric(line, bias, 0.0, at.z, at.n)[:1] + [at.z[i] for i in own]
+    rests = system.electric(line, bias, 0.0, at.z, at.n)[:1] + [at.z[i] for i in places]
     swings = [slopes[..., 0, 0, None] * commanded + s * slopes[..., 0, 1, None] * commanded]
-    if own:
+    if places:
         low = np.flatnonzero((commanded[..., : orders + 1] != 0.0).any(axis=(0, 1)))
-        to, by = s[..., low], [2 + i for i in own]
-        inner = to[..., None, None] * np.eye(len(own)) - slopes[..., None, 1:, by]
+        to, by = s[..., low], [2 + i for i in places]
+        inner = to[..., None, None] * np.eye(len(places)) - slopes[..., None, 1:, by]
         right = slopes[..., None, 1:, 0] + to[..., None] * slopes[..., None, 1:, 1]
-        states = np.zeros((*commanded.shape, len(own)), dtype=complex)
+        states = np.zeros((*commanded.shape, len(places)), dtype=complex)
         states[..., low, :] = solved_where_regular(inner, right) * commanded[..., low, None]
         swings[0] = swings[0] + np.einsum("...j,...kj->...k", slopes[..., 0, by], states)
         swings += list(np.moveaxis(states, -1, 0))
@@ -317,7 +317,7 @@ def _equilibria(members: Members, mean_squares: Sequence[Array]) -> tuple[Array,
     balances = balances_of_films(members)
     rests = each(rest_of, balances, [None] * len(balances))
     place = np.stack(
-        [balance.along_ramp(rest, own)[0] for balance, rest, own in zip(balances, rests, squared, strict=True)]
+        [balance.along_ramp(rest, squares)[0] for balance, rest, squares in zip(balances, rests, squared, strict=True)]
     )
     return place, np.asarray(members.stiffness(place, np.sqrt(squared)))
 
@@ -331,11 +331,11 @@ def _harmonics(members: Members, omega: Array, orders: int) -> npt.NDArray[np.co
         harmonics = 2j * np.fft.rfft(squared)[..., 1 : orders + 1] / squared.shape[-1]
         harmonics[np.abs(harmonics) < SMALLEST_LINEAR_HARMONIC * mean_square[..., None]] = 0.0
         drives.append(np.broadcast_to(harmonics, (*at.place.shape, orders)))
-    there = np.flatnonzero(np.any([(drive != 0.0).any(axis=(0, 1)) for drive in drives], axis=0))
-    drives = [drive[..., there] for drive in drives]
-    multiples = (there + 1) * omega[..., None]
+    driven_orders = np.flatnonzero(np.any([(drive != 0.0).any(axis=(0, 1)) for drive in drives], axis=0))
+    drives = [drive[..., driven_orders] for drive in drives]
+    multiples = (driven_orders + 1) * omega[..., None]
     if members.system.planar and members.system.ideal:
-        drive = np.zeros((*at.place.shape, there.size), dtype=complex)
+        drive = np.zeros((*at.place.shape, driven_orders.size), dtype=complex)
         for film, mean_square, harmonics in zip(members.system.films, at.mean_squares, drives, strict=True):
             with np.errstate(all="ignore"):
                 gain = np.broadcast_to(film.voltage_gain(at.place, mean_square, at.n), at.place.shape)
@@ -345,10 +345,10 @@ def _harmonics(members: Members, omega: Array, orders: int) -> npt.NDArray[np.co
             response = drive / (at.stiffness[..., None] - multiples**2 + 2j * damping * multiples)
     else:
         response = _response(members.system, at, drives, multiples)
-    found = np.zeros((*omega.shape, orders), dtype=complex)
-    found[..., there] = response
+    amplitudes = np.zeros((*omega.shape, orders), dtype=complex)
+    amplitudes[..., driven_orders] = response
     stable = (at.stiffness > 0.0)[..., None]
-    return np.where(stable, found, np.nan)
+    return np.where(stable, amplitudes, np.nan)
 
 
 def _response(
@@ -386,8 +386,10 @@ def _slopes(system: ConeSystem, at: _OperatingPoint) -> tuple[Array, list[Array]
             slopes += film[..., :, None] * stacked([row], shape)
             films.append(film)
         for line in system.lines:
-            if own := sorted(system.places_of(line)):
-                slopes[..., own, :] = stacked([row[2:] for row in _electric_slopes(system, line, at)[1:]], shape)
+            if circuit_places := sorted(system.places_of(line)):
+                slopes[..., circuit_places, :] = stacked(
+                    [row[2:] for row in _electric_slopes(system, line, at)[1:]], shape
+                )
     return slopes, films
 
 
@@ -398,5 +400,5 @@ def _under_both(members: Members, mean_squares: Sequence[Array]) -> tuple[Array,
     squares = np.broadcast_arrays(*mean_squares)
     x = np.broadcast_to(np.reshape(rest_displacements(members), (-1, 1)), squares[0].shape)
     for share in np.linspace(0.0, 1.0, RAMP):
-        x, stiffness = stable_near(x, partial(system.force_under, squares=[share * own for own in squares], n=n))
+        x, stiffness = stable_near(x, partial(system.force_under, squares=[share * square for square in squares], n=n))
     return x, stiffness

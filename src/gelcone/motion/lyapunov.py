@@ -117,8 +117,10 @@ def lyapunov(
         "tolerance": tolerance,
     }
     states = start_states(model, initial)
-    found = lyapunov_cells(model.members(), states, **options, threads=threads, progress=progress)
-    return dataset.label(model, found.variables, outcome=found.outcome, options=options, title="Lyapunov exponents")
+    findings = lyapunov_cells(model.members(), states, **options, threads=threads, progress=progress)
+    return dataset.label(
+        model, findings.variables, outcome=findings.outcome, options=options, title="Lyapunov exponents"
+    )
 
 
 def lyapunov_cells(
@@ -181,13 +183,13 @@ def take_cycles(members: Members, result: Exponents, options: dict[str, Any]) ->
     period = np.zeros(members.size, dtype=np.int64)
     rows = np.flatnonzero(members.damped & np.isfinite(result.states).all(axis=1))
     if rows.size:
-        found = cycles_reached(members.take(rows), result.states[rows], **options)
-        there = rows[found.attracting]
-        period[there] = found.period[found.attracting]
-        result.values[there] = found.exponents[found.attracting]
-        result.standard_error[there] = found.error[found.attracting]
-        result.divergence[there] = found.divergence[found.attracting]
-        result.sign[there] = -1
+        cycles = cycles_reached(members.take(rows), result.states[rows], **options)
+        attracted = rows[cycles.attracting]
+        period[attracted] = cycles.period[cycles.attracting]
+        result.values[attracted] = cycles.exponents[cycles.attracting]
+        result.standard_error[attracted] = cycles.error[cycles.attracting]
+        result.divergence[attracted] = cycles.divergence[cycles.attracting]
+        result.sign[attracted] = -1
     return period
 
 
@@ -204,12 +206,12 @@ def finite_exponents(
     for group, clock in clocks(members):
         steps = np.maximum(np.rint(window / clock.spacing), 1).astype(int)
         for count in np.unique(steps):
-            rows, own = group[steps == count], clock.take(steps == count)
+            rows, row_clock = group[steps == count], clock.take(steps == count)
             share = weighted(options.get("progress"), rows.size / members.size)
-            part = options | {"progress": share}
-            here = members.take(rows), states[rows], own
-            total, running[rows], errors[rows] = _piece_by_piece(*here, int(count), part)
-            values[rows] = total / (count * own.spacing)[:, None]
+            row_options = options | {"progress": share}
+            here = members.take(rows), states[rows], row_clock
+            total, running[rows], errors[rows] = _piece_by_piece(*here, int(count), row_options)
+            values[rows] = total / (count * row_clock.spacing)[:, None]
     return values, running, errors
 
 

@@ -63,8 +63,8 @@ def log_multipliers(
     """
     if tangents.shape[-1] == 2:
         product, log_scale = scaled
-        found, _, _ = moduli_in_the_plane(product[:, 0, 0] + product[:, 1, 1], log_scale, log_determinant)
-        return found, np.zeros(found.shape)
+        log_moduli, _, _ = moduli_in_the_plane(product[:, 0, 0] + product[:, 1, 1], log_scale, log_determinant)
+        return log_moduli, np.zeros(log_moduli.shape)
     rings = multipliers_of_rings(tangents, np.ones(tangents.shape[-1]), tolerance)
     return resolved(rings.log_modulus, rings.error, log_determinant, tangents.shape[1])
 
@@ -86,14 +86,14 @@ def _of_ring(tangents: Array, signs: Array, tolerance: float) -> tuple[Array, np
     closing, triangles = _returning(tangents, signs)
     growth = np.log(np.abs(np.diagonal(triangles, axis1=1, axis2=2)))
     errors = len(tangents) * rounding(tangents, growth, tolerance).max(axis=0)
-    found = []
+    multipliers = []
     for first, last in _blocks(closing):
-        own = slice(first, last)
-        log_modulus, direction = _of_block(closing[own, own], triangles[:, own, own])
+        block = slice(first, last)
+        log_modulus, direction = _of_block(closing[block, block], triangles[:, block, block])
         # within a block errors are those of its largest eigenvalue
-        error = errors[own].max() + tolerance * np.expm1(log_modulus.max() - log_modulus)
-        found.append((log_modulus, direction, error))
-    log_moduli, directions, errors = (np.concatenate(one) for one in zip(*found, strict=True))
+        error = errors[block].max() + tolerance * np.expm1(log_modulus.max() - log_modulus)
+        multipliers.append((log_modulus, direction, error))
+    log_moduli, directions, errors = (np.concatenate(parts) for parts in zip(*multipliers, strict=True))
     return log_moduli, directions, errors
 
 

@@ -43,10 +43,12 @@ def natural_frequency(model: ConeModel, voltage: npt.ArrayLike, displacement: np
         displacement = ramp["displacement"].values.reshape(np.shape(voltage))
     volts, place = np.broadcast_arrays(np.asarray(voltage, dtype=float), np.asarray(displacement, dtype=float))
     (balance,) = every_balance(model)
-    squares = [np.reshape(one, (1, -1)) for one in balance.films(place, volts**2)]
+    squares = [np.reshape(square, (1, -1)) for square in balance.films(place, volts**2)]
     stiffness = np.reshape(balance.stiffness(place, volts**2), (1, -1))
-    found = frequencies_under(model.members(), stiffness, place.reshape(1, -1), [np.sqrt(one) for one in squares])
-    return found.reshape(place.shape)[()]
+    frequency = frequencies_under(
+        model.members(), stiffness, place.reshape(1, -1), [np.sqrt(square) for square in squares]
+    )
+    return frequency.reshape(place.shape)[()]
 
 
 def frequencies_under(members: Members, stiffness: Array, place: Array, voltages: Sequence[Array]) -> Array:
@@ -60,8 +62,8 @@ def frequencies_under(members: Members, stiffness: Array, place: Array, voltages
 def driven_frequency(model: ConeModel) -> float:
     """Natural frequency about the rest of a single model under the mean squares of its drive; NaN without one."""
     stiffness, slopes = slopes_of_drive(model)
-    found = frequency_of(stiffness) if model.system.planar else _of_the_disc(slopes)
-    return float(np.where(stiffness >= -STIFFNESS_ROUNDING, found, np.nan)[0, 0])
+    frequency = frequency_of(stiffness) if model.system.planar else _of_the_disc(slopes)
+    return float(np.where(stiffness >= -STIFFNESS_ROUNDING, frequency, np.nan)[0, 0])
 
 
 def frequency_of(stiffness: Array | float) -> Any:
@@ -77,17 +79,17 @@ def _of_the_disc(slopes: Array) -> Array:
     The part of a state in a mode is the product of its entries in the right and the left eigenvector: Perez-Arriaga,
     Verghese, Schweppe, IEEE Trans. Power Appar. Syst. 101 (1982) 3117.
     """
-    known = np.isfinite(slopes).all(axis=(-2, -1))
-    found = np.full(known.shape, np.nan)
-    values, right = np.linalg.eig(slopes[known])
+    finite = np.isfinite(slopes).all(axis=(-2, -1))
+    roots = np.full(finite.shape, np.nan)
+    values, right = np.linalg.eig(slopes[finite])
     units = np.eye(slopes.shape[-1])
     left = (solved_where_regular(right, np.broadcast_to(units[i], values.shape)) for i in range(2))
-    part = sum(np.abs(right[:, i, :] * one) for i, one in enumerate(left))
+    shares = sum(np.abs(right[:, i, :] * left_row) for i, left_row in enumerate(left))
     size, swings = np.abs(values), np.abs(values.imag) > STIFFNESS_ROUNDING * np.abs(values)
-    rows, pair = np.arange(len(part)), np.where(swings, part, 0.0).argmax(axis=1)
-    still = np.argsort(np.where(swings, -1.0, part), axis=1)[:, -2:]
-    of_two = np.where(swings, 0.0, part)[rows[:, None], still].sum(axis=1)
-    oscillates = 2.0 * np.where(swings, part, 0.0)[rows, pair] > of_two
+    rows, pair = np.arange(len(shares)), np.where(swings, shares, 0.0).argmax(axis=1)
+    still = np.argsort(np.where(swings, -1.0, shares), axis=1)[:, -2:]
+    of_two = np.where(swings, 0.0, shares)[rows[:, None], still].sum(axis=1)
+    oscillates = 2.0 * np.where(swings, shares, 0.0)[rows, pair] > of_two
     two = np.sqrt(size[rows[:, None], still].prod(axis=1))
-    found[known] = np.where(np.isnan(part).any(axis=1), np.nan, np.where(oscillates, size[rows, pair], two))
-    return found
+    roots[finite] = np.where(np.isnan(shares).any(axis=1), np.nan, np.where(oscillates, size[rows, pair], two))
+    return roots

@@ -76,10 +76,10 @@ def operating_limits(model: ConeModel, *, threads: int | None = None, progress: 
     '0.901 +- 0.001'
     """
     start_states(model, (0.0, 0.0))
-    found, refused, whose = _limits_of_members(model.members(), threads, progress)
-    if refused and not (found.outcome == Outcome.OK).any():
+    findings, refused, whose = _limits_of_members(model.members(), threads, progress)
+    if refused and not (findings.outcome == Outcome.OK).any():
         raise refused[0]
-    result = dataset.label(model, found.variables, outcome=found.outcome, options={}, title="operating limits")
+    result = dataset.label(model, findings.variables, outcome=findings.outcome, options={}, title="operating limits")
     return result.assign_attrs(pull_in_of=whose)
 
 
@@ -96,7 +96,7 @@ def _limits_of_members(
 ) -> tuple[Findings, list[InputError], str]:
     """The limits of all members, the errors of those that are refused, and whose the pull-in is: of the ``membrane``,
     of the ``cone``, or of one in some members and of the other in the rest."""
-    found = {name: np.full(members.size, np.nan) for name in _meanings(members.system, "")}
+    limits = {name: np.full(members.size, np.nan) for name in _meanings(members.system, "")}
     refused = list[InputError]()
     whose = set[str]()
     outcome = np.full(members.size, Outcome.OUTSIDE, dtype=np.int8)
@@ -110,24 +110,24 @@ def _limits_of_members(
                 values, outcome[row] = {}, Outcome.ERROR
                 refused.append(error)
             for name, value in values.items():
-                found[name][row] = value
+                limits[name][row] = value
         advance(progress, 1.0 / members.size)
-    of = " or ".join(sorted(whose, reverse=True))
-    late = np.isfinite(found["driven pull-in"]) & (found["driven chaos"] < found["driven pull-in"])
-    words = _meanings(members.system, of)
+    owner = " or ".join(sorted(whose, reverse=True))
+    late = np.isfinite(limits["driven pull-in"]) & (limits["driven chaos"] < limits["driven pull-in"])
+    words = _meanings(members.system, owner)
     words["driven pull-in"] += OUT_OF_CHAOS if late.any() else ""
-    lacking = " without radius_ratio" if of == "cone" and "radius_ratio" not in members.values else ""
+    lacking = " without radius_ratio" if owner == "cone" and "radius_ratio" not in members.values else ""
     variables: dict[str, dataset.Variable] = {
         limit_variable(name, members.system): ((), values, words[name], _limit(name, lacking))
-        for name, values in found.items()
+        for name, values in limits.items()
     }
-    return Findings(variables, outcome), refused, of
+    return Findings(variables, outcome), refused, owner
 
 
 def limit_variable(name: str, system: ConeSystem) -> str:
     """The name of the variable with the voltage of a limit."""
-    found = f"{name.replace(' ', '_').replace('-', '_')}_voltage"
-    return proportional(found, system) if name in (*STATIC_LIMITS, MEMBRANE_PULL_IN) else found
+    variable = f"{name.replace(' ', '_').replace('-', '_')}_voltage"
+    return proportional(variable, system) if name in (*STATIC_LIMITS, MEMBRANE_PULL_IN) else variable
 
 
 def slow_limits(system: ConeSystem) -> tuple[str, ...]:
@@ -139,21 +139,21 @@ def slow_limits(system: ConeSystem) -> tuple[str, ...]:
 def _meanings(system: ConeSystem, of: str) -> dict[str, str]:
     """The meaning of each voltage by its name in `_limits_of`; that of pull-in says whose it is, ``of`` under the
     drive."""
-    more = in_proportion(system)
-    slow = f"limit of the drive held at its peak{more}" if more else "limit on a slow ramp to a constant voltage"
-    fast = f"limit of the drive that is switched on from rest{more}"
-    found = {
-        "safe peak": f"peak voltage below every limit{more}",
-        "examined": f"peak voltage up to which the driven motion was examined{more}",
+    suffix = in_proportion(system)
+    slow = f"limit of the drive held at its peak{suffix}" if suffix else "limit on a slow ramp to a constant voltage"
+    fast = f"limit of the drive that is switched on from rest{suffix}"
+    meanings = {
+        "safe peak": f"peak voltage below every limit{suffix}",
+        "examined": f"peak voltage up to which the driven motion was examined{suffix}",
         "examined step": "distance between the peaks examined, below which a window of chaos may be missed",
         "driven error": "largest width of the intervals that begin at the limits of the drive",
     }
-    slow_ones = slow_limits(system)
+    slow_names = slow_limits(system)
     whose = {"driven pull-in": f" of the {of}" if of else "", MEMBRANE_PULL_IN: " of the membrane"}
-    whose["pull-in"] = " of the cone" if MEMBRANE_PULL_IN in slow_ones else whose["driven pull-in"]
-    found |= {name: f"{slow}: {name.removeprefix('membrane ')}" for name in slow_ones}
-    found |= {f"driven {name}": f"{fast}: {name}" for name in DRIVEN_LIMITS}
-    return {name: words + whose.get(name, "") for name, words in found.items()}
+    whose["pull-in"] = " of the cone" if MEMBRANE_PULL_IN in slow_names else whose["driven pull-in"]
+    meanings |= {name: f"{slow}: {name.removeprefix('membrane ')}" for name in slow_names}
+    meanings |= {f"driven {name}": f"{fast}: {name}" for name in DRIVEN_LIMITS}
+    return {name: words + whose.get(name, "") for name, words in meanings.items()}
 
 
 def _limit(name: str, lacking: str) -> dict[str, str]:
@@ -178,11 +178,11 @@ def _limits_of(plane: Plane) -> dict[str, float]:
     slow = ramp_limits_of(plane)
     static = with_first_pull_in(slow)
     volts = peaks_of(plane, static)
-    found = driven(plane, np.array([float(plane.model.drive_frequency)]), volts, refine=False, progress=None)
-    low, high = found["low"][0], found["high"][0]
+    intervals = driven(plane, np.array([float(plane.model.drive_frequency)]), volts, refine=False, progress=None)
+    low, high = intervals["low"][0], intervals["high"][0]
     with np.errstate(invalid="ignore"):
         error = np.fmax.reduce(np.where(np.isfinite(high), high - low, np.nan))
-    safe = recommended_peaks(found["low"], np.nanmin(static, initial=np.inf), volts, margin=0.0)[0]
+    safe = recommended_peaks(intervals["low"], np.nanmin(static, initial=np.inf), volts, margin=0.0)[0]
     examined = np.fmin(high[DRIVEN_LIMITS.index("pull-in")], volts[-1])
     return (
         {"safe peak": float(safe), "examined": float(examined), "examined step": float(np.diff(volts).max())}

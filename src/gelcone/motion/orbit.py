@@ -71,8 +71,8 @@ class Pass(NamedTuple):
 
 def repeat_phase(members: Members) -> float:
     """Phase of the drive in one repeat of the force: pi or 2 pi, the same for all members."""
-    own = members.forcing_period * members.number("drive_frequency")
-    return float(np.round(np.max(own) / np.pi) * np.pi)
+    phases = members.forcing_period * members.number("drive_frequency")
+    return float(np.round(np.max(phases) / np.pi) * np.pi)
 
 
 def segments_for(rate: float, repeat: float) -> int:
@@ -146,8 +146,8 @@ class Shooting:
 
     def _check_moved(self) -> None:
         """Raises `InputError` for a parameter that shapes the pieces of the drive, whose tables have no derivatives."""
-        own = set(self.system.waveform.parameters) - set(VOLTAGE) if self.system.waveform.pieced else set()
-        if taken := sorted(own & {name for moved in self._moved for name in moved}):
+        shaping = set(self.system.waveform.parameters) - set(VOLTAGE) if self.system.waveform.pieced else set()
+        if taken := sorted(shaping & {name for moved in self._moved for name in moved}):
             raise InputError(f"{taken[0]}: shapes the drive's pieces; a branch cannot follow it, run it at some values")
 
     @cached_property
@@ -188,12 +188,12 @@ class Shooting:
             near = np.tile(np.array(at)[:, None], 1 + 2 * count)
             near[np.arange(count), 1 + 2 * np.arange(count)] += apart
             near[np.arange(count), 2 + 2 * np.arange(count)] -= apart
-            found = self.system.numbers_of(self._values | self._settings([*near]))
-            table = np.stack([np.broadcast_to(np.asarray(v, dtype=float), near.shape[1:]) for v in found.values()])
+            numbers = self.system.numbers_of(self._values | self._settings([*near]))
+            table = np.stack([np.broadcast_to(np.asarray(v, dtype=float), near.shape[1:]) for v in numbers.values()])
             slopes = (table[:, 1::2] - table[:, 2::2]) * (0.5 / DIFFERENCE)
             if len(self._known) >= MOST_KNOWN:
                 self._known.clear()
-            self._known[at] = dict(zip(found, table[:, 0].tolist(), strict=True)), slopes
+            self._known[at] = dict(zip(numbers, table[:, 0].tolist(), strict=True)), slopes
         return self._known[at]
 
     def repeat_time(self, values: Sequence[float]) -> float:
@@ -218,9 +218,9 @@ class Shooting:
         self._states[:, :size] = nodes
         switches = corners = None
         if self._program.switches:
-            own = self.numbers_at(values)
-            switches = self._program.switches_at(self._starts, nodes, own)
-            corners = self._program.corners(self._starts, self._ends, own)
+            node_numbers = self.numbers_at(values)
+            switches = self._program.switches_at(self._starts, nodes, node_numbers)
+            corners = self._program.corners(self._starts, self._ends, node_numbers)
         smallest = self._smallest * self._row[self._place["drive_frequency"]]
         result, arrived = self._rerun.run(self._row, self._states, smallest, switches, corners)
         tangents = result[:, size : size * (1 + size)].reshape(n, size, size).transpose(0, 2, 1)
@@ -267,9 +267,9 @@ class Shooting:
     def multipliers(self, tangents: Array, values: Sequence[float]) -> npt.NDArray[np.complex128]:
         """Multipliers (N,) of the map, the mirror image included where it is reflected, the largest modulus first."""
         if not self.system.planar:
-            found = multipliers_of_rings(tangents[None], self.signs, self.tolerance)
+            rings = multipliers_of_rings(tangents[None], self.signs, self.tolerance)
             with np.errstate(over="ignore"):
-                return np.asarray((np.exp(found.log_modulus) * found.direction)[0])
+                return np.asarray((np.exp(rings.log_modulus) * rings.direction)[0])
         product, scale = scaled_product(tangents)
         return multipliers_of(self.signs[:, None] * product, float(scale), self.log_determinant(values))
 
@@ -336,11 +336,11 @@ def newton(
     run = integrate(members, states, times[:, 1:], keep="tangents", tolerance=tolerances[0], **flow)
     nodes = np.concatenate([states[:, None], run.states[:, :-1]], axis=1)
     yield (turn := _turn(members, nodes, run, times[:, -1], tolerances[0]))[0]
-    own = members.take(np.repeat(np.arange(count), n))
+    segment_members = members.take(np.repeat(np.arange(count), n))
     for tolerance in tolerances[1:]:
         nodes = nodes + turn[1]
         run = integrate(
-            own,
+            segment_members,
             nodes.reshape(-1, size),
             times[:, 1:].reshape(-1, 1),
             start=times[:, :-1].ravel(),

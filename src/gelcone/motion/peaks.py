@@ -46,16 +46,17 @@ def largest(members: Members, path: Weighted, value: Value, known: Array | None 
         before = np.pad(rises, ((0, 0), (0, 0), (1, 0)))
         after = np.pad(np.where(inside[:, 1:], -rises, 0.0), ((0, 0), (0, 0), (0, 1)))
         above = np.where((before >= 0.0) & (after >= 0.0), np.maximum(before, after), 0.0)
-        may = inside & (above > 0.0) & (values + above >= highest[..., None])
+        may_peak = inside & (above > 0.0) & (values + above >= highest[..., None])
     firsts = np.pad(times[:, :-1], ((0, 0), (1, 0)), mode="edge")
-    which, rows, at = np.nonzero(may & (firsts < lasts))
+    which, rows, at = np.nonzero(may_peak & (firsts < lasts))
     if rows.size:
 
-        def own(some: Members, times: Array, states: Array) -> Array:
+        def chosen_values(some: Members, times: Array, states: Array) -> Array:
             return value(some, times, states).reshape(-1, *times.shape)[which, np.arange(rows.size)]
 
         some, states = members.take(rows), states[rows, np.maximum(at - 1, 0)]
-        np.fmax.at(highest, (which, rows), _closer(some, states, firsts[rows, at], lasts[rows, at], own, **flow))
+        closer = _closer(some, states, firsts[rows, at], lasts[rows, at], chosen_values, **flow)
+        np.fmax.at(highest, (which, rows), closer)
     return highest.reshape(shape)
 
 

@@ -146,10 +146,10 @@ class Plane:
     @cached_property
     def membranes(self) -> list[PullInCurve]:
         """The curves of the membranes that the films stand for."""
-        model, own = self.model, [] if self.membrane is None else [self.membrane]
+        model, curves = self.model, [] if self.membrane is None else [self.membrane]
         for film in model.system.films:
-            own += [curve for _, curve in curves_of_members(film, model.members().values) or ()]
-        return own
+            curves += [curve for _, curve in curves_of_members(film, model.members().values) or ()]
+        return curves
 
     @cached_property
     def bias_share(self) -> float:
@@ -205,29 +205,29 @@ class Plane:
             if lower is not None and self.limits_from != "rest":
                 slow = self._examine(model, lower[part] + shift * np.eye(1, lower.shape[1]), yields)
             if slow is None or self.limits_from == "both":
-                found = self._examine(model, start, yields, transient=self.limits_from != "settled")
+                examined = self._examine(model, start, yields, transient=self.limits_from != "settled")
                 if slow is not None:
-                    met = {name: np.maximum(found[name], slow[name]) for name in DRIVEN_LIMITS[:-1]}
-                    found = found | met | {"final": slow["final"]}
+                    met = {name: np.maximum(examined[name], slow[name]) for name in DRIVEN_LIMITS[:-1]}
+                    examined = examined | met | {"final": slow["final"]}
             else:
-                found = slow
-            parts.append(found)
+                examined = slow
+            parts.append(examined)
         return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
     def _examine(self, model: ConeModel, start: Array, yields: bool, transient: bool = False) -> dict[str, Array]:
         """`examine` from ``start``; with ``transient``, limits that the transient from there meets count, too."""
         members = model.members()
-        final, regime, outcome, found = self._settle(members, start, classified=yields)
+        final, regime, outcome, search = self._settle(members, start, classified=yields)
         ran, pulled_in = outcome == Outcome.OK, outcome == Outcome.PULLED_IN
-        left = ~ran & ~pulled_in
+        escaped = ~ran & ~pulled_in
         after = np.where(ran[:, None], final, start)
         observed = self._observe(members, after, 0.0, yields)
         fails = {name: observed[name] for name in _FAILINGS}
         if transient:
-            lasts = self._transient(members, found.cycles.attracting)
+            lasts = self._transient(members, search.cycles.attracting)
             early = self._observe(members, start, lasts, yields=False)
             fails = {name: np.maximum(values, early[name]) for name, values in fails.items()}
-            for rows, course in found.courses:
+            for rows, course in search.courses:
                 which, at = np.nonzero(np.isfinite(course[..., 0]))
                 passed = self._observe(members.take(rows[which]), course[which, at], 0.0, yields=False)
                 for name, values in fails.items():
@@ -240,19 +240,19 @@ class Plane:
                 "regime": regime.astype(float),
                 "outcome": outcome.astype(float),
                 "pull-in": (pulled_in | (ran & (fails["beyond_membrane"] > 0.0))).astype(float),
-                "dielectric breakdown": np.where(np.isnan(breakdown), np.nan, left | (breakdown > 0.0)),
+                "dielectric breakdown": np.where(np.isnan(breakdown), np.nan, escaped | (breakdown > 0.0)),
                 "chaos": np.isin(regime, (Regime.CHAOTIC, Regime.TRANSIENT_CHAOS)).astype(float),
             }
-            | {limit: (left | (fails[name] > 0.0)).astype(float) for limit, name in _SLACK_AND_LIMIT.items()}
+            | {limit: (escaped | (fails[name] > 0.0)).astype(float) for limit, name in _SLACK_AND_LIMIT.items()}
         )
 
     def violations(self, members: Members, motion: Array, voltages: Sequence[Array]) -> list[dict[str, Array]]:
         """Excesses over the validity of each film (`gelcone.motion.validity.violations`), of the first film also over
         the pull-in of the ``membrane``."""
-        found = violations(members, motion, voltages)
-        if self.membrane is not None and "beyond_membrane" not in found[0]:
-            found[0]["beyond_membrane"] = np.abs(voltages[0]) / self.membrane.voltage(motion[..., 0]) - 1.0
-        return found
+        excesses = violations(members, motion, voltages)
+        if self.membrane is not None and "beyond_membrane" not in excesses[0]:
+            excesses[0]["beyond_membrane"] = np.abs(voltages[0]) / self.membrane.voltage(motion[..., 0]) - 1.0
+        return excesses
 
     @staticmethod
     def _transient(members: Members, known: npt.NDArray[np.bool_]) -> Array:
@@ -275,24 +275,24 @@ class Plane:
         flow: dict[str, Any] = {"tolerance": TOLERANCE, "threads": self.threads}
         slow, disc = are_slow(members), transient_of_the_disc(members)
         duration = transient_of(members, None)
-        found = Search(members, Starts.at(start, 2), None, **flow)
+        search = Search(members, Starts.at(start, 2), None, **flow)
         followed = np.flatnonzero(slow) if classified else np.arange(members.size)
-        found.begin(followed, np.where(slow, np.minimum(duration, LONGEST_WAIT * disc), duration), 1.0)
-        starts, there = found.starts, found.cycles.attracting
+        search.begin(followed, np.where(slow, np.minimum(duration, LONGEST_WAIT * disc), duration), 1.0)
+        starts, attracted = search.starts, search.cycles.attracting
         final, outcome = starts.state[:, 0].copy(), starts.outcome[:, 0].copy()
-        regime = np.where(there & found.cycles.resting, Regime.REST, Regime.PERIODIC).astype(np.int8)
+        regime = np.where(attracted & search.cycles.resting, Regime.REST, Regime.PERIODIC).astype(np.int8)
         regime[outcome != Outcome.OK] = Regime.LEFT_THE_DOMAIN
-        unclear = ~there & (classified | (starts.period[:, 0] == 0) | np.isfinite(starts.apart))
+        unclear = ~attracted & (classified | (starts.period[:, 0] == 0) | np.isfinite(starts.apart))
         waits = np.where(slow, disc, 0.0)  # slow states hardly change, so that a transient of the disc suffices
         options: dict[str, Any]
         for wait in np.unique(waits):
             rows = np.flatnonzero((outcome == Outcome.OK) & unclear & (waits == wait))
             if rows.size:
-                begin, options = (final, {"transient": float(wait), "patience": PATIENCE}) if wait else (start, {})
+                origin, options = (final, {"transient": float(wait), "patience": PATIENCE}) if wait else (start, {})
                 part = members.take(rows)
-                evidence = classify(part, begin[rows], **(options if wait else self._budget(part)), **flow)
+                evidence = classify(part, origin[rows], **(options if wait else self._budget(part)), **flow)
                 final[rows], regime[rows], outcome[rows] = evidence.final, evidence.regime, evidence.outcome
-        return final, regime, outcome, found
+        return final, regime, outcome, search
 
     def _budget(self, members: Members) -> dict[str, Any]:
         """The longest time for which motions are followed, as `classify` takes it; empty for its default."""
@@ -306,34 +306,36 @@ class Plane:
         or within the time ``lasts``, whichever is longer; and their yields."""
         keep: Keep = "work" if yields else "states"
         flow: dict[str, Any] = {"tolerance": TOLERANCE, "threads": self.threads}
-        found: dict[str, Array] = {}
+        observations: dict[str, Array] = {}
         period = members.drive_period
         samples = next_power_of_two(np.maximum(PER_OSCILLATION / (2.0 * np.pi) * period * members.rate, PER_PERIOD))
         turns = PERIODS * next_power_of_two(np.maximum(lasts / (PERIODS * period), 1.0))
         for (of_period, periods), rows in alike(samples, turns.astype(np.int64)):
             size = max(1, BLOCK_SAMPLES // (of_period * periods))
             for first in range(0, rows.size, size):
-                part = rows[first : first + size]
-                some = members.take(part)
-                times = period[part][:, None] * (np.arange(of_period * periods + 1) / of_period)
-                run = integrate(some, states[part], times, keep=keep, **flow)
-                observed = self._fails(some, run) | (_yields(some, run, of_period, **flow) if yields else {})
+                block = rows[first : first + size]
+                block_members = members.take(block)
+                times = period[block][:, None] * (np.arange(of_period * periods + 1) / of_period)
+                run = integrate(block_members, states[block], times, keep=keep, **flow)
+                observed = self._fails(block_members, run) | (
+                    _yields(block_members, run, of_period, **flow) if yields else {}
+                )
                 for name, values in observed.items():
-                    found.setdefault(name, np.full(members.size, np.nan))[part] = values
-        return found
+                    observations.setdefault(name, np.full(members.size, np.nan))[block] = values
+        return observations
 
     def _fails(self, members: Members, run: Trajectories) -> dict[str, Array]:
         """Flags (members,) by name of the assumptions that runs break at any time; NaN where that is unknown."""
         voltages = members.voltages(run.times, run.states)
-        found = {name: np.full(members.size, np.nan) for name in _FAILINGS}
+        fails = {name: np.full(members.size, np.nan) for name in _FAILINGS}
         with np.errstate(all="ignore"):  # of a motion that leaves the domain
-            for own in self.violations(members, run.states, voltages):
-                for name, excess in own.items():
-                    found[name] = np.fmax(found[name], _ever(excess))
+            for excesses in self.violations(members, run.states, voltages):
+                for name, excess in excesses.items():
+                    fails[name] = np.fmax(fails[name], _ever(excess))
         for times, film in zip(np.moveaxis(run.film_times, 1, 0), members.system.films, strict=True):
             for name, places in slack_places(film).items() if film.kinds else ():  # wrinkles bound its use, too
-                found[name] = np.fmax(found[name], times[:, places].sum(axis=1))
-        return found
+                fails[name] = np.fmax(fails[name], times[:, places].sum(axis=1))
+        return fails
 
 
 def _ever(excess: Array) -> Array:

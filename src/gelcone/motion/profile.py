@@ -183,31 +183,33 @@ def _variables(
     which = list(members.system.films).index(placed)
     squares = [balance.films(x[k], levels**2)[which] + np.zeros(x[k].shape) for k, balance in enumerate(balances)]
     cells = [_cells(members.numbers_at(k), placed, x[k], squares[k]) for k in range(members.size)]
-    each = [_with_rings(members, placed, k, own) for k, own in enumerate(cells)]
+    each = [_with_rings(members, placed, k, film_cells) for k, film_cells in enumerate(cells)]
     shape = x.shape
-    known = _Cells(*(np.stack(values).reshape(shape) for values in zip(*(own for own, _ in each), strict=True)))
-    found = Profile(*(np.stack(values) for values in zip(*(rings for _, rings in each), strict=True)))
+    states = _Cells(
+        *(np.stack(values).reshape(shape) for values in zip(*(film_cells for film_cells, _ in each), strict=True))
+    )
+    profiles = Profile(*(np.stack(values) for values in zip(*(rings for _, rings in each), strict=True)))
     n = members.numbers(trailing=2)
-    own_numbers = placed.own(n)
-    lm, lh = np.sqrt(own_numbers["A"]), np.sqrt(own_numbers["B"])
-    every = {name: value.reshape(*shape, -1) for name, value in zip(Profile._fields[1:], found[1:], strict=True)}
-    at = Profile(found.radius, **every)
-    field = known.voltage[..., None] * at.field
+    film_numbers = placed.own(n)
+    lm, lh = np.sqrt(film_numbers["A"]), np.sqrt(film_numbers["B"])
+    every = {name: value.reshape(*shape, -1) for name, value in zip(Profile._fields[1:], profiles[1:], strict=True)}
+    at = Profile(profiles.radius, **every)
+    field = states.voltage[..., None] * at.field
     strength = members.values.get("dielectric_strength")
     share = np.full(shape, np.nan) if strength is None else np.asarray(strength)[:, None, None]
-    mounted = np.broadcast_to(found.radius[:, None, None], field.shape)
-    up = np.sign(np.where(known.x == 0.0, 1.0, known.x))[..., None]
+    mounted = np.broadcast_to(profiles.radius[:, None, None], field.shape)
+    up = np.sign(np.where(states.x == 0.0, 1.0, states.x))[..., None]
     nowhere = dataset.absent("field")
     highest, place = _largest(field, mounted)
     least, weakest = _largest(-at.tangent_stiffness, mounted)
     longest, _ = _largest(at.limit_share, mounted)
     cell: dict[str, dataset.Variable] = {
-        "held": (_CELL, known.held, "whether the film is held in tension", Held),
-        "film_state": (_CELL, known.kind, "state of the film", _KINDS),
-        "force": (_CELL, known.force, "force with which the film pulls the disc back", "force"),
-        "charge": (_CELL, known.capacitance * known.voltage, "charge on the film", "charge"),
-        "capacitance": (_CELL, known.capacitance, "charge over voltage", "capacitance"),
-        "pull_in_film_voltage": (_CELL, known.pull_in, "voltage on it at which it pulls in at this height", _NEVER),
+        "held": (_CELL, states.held, "whether the film is held in tension", Held),
+        "film_state": (_CELL, states.kind, "state of the film", _KINDS),
+        "force": (_CELL, states.force, "force with which the film pulls the disc back", "force"),
+        "charge": (_CELL, states.capacitance * states.voltage, "charge on the film", "charge"),
+        "capacitance": (_CELL, states.capacitance, "charge over voltage", "capacitance"),
+        "pull_in_film_voltage": (_CELL, states.pull_in, "voltage on it at which it pulls in at this height", _NEVER),
         "largest_field": (_CELL, highest, "largest true electric field", nowhere),
         "largest_field_radius": (_CELL, place, "mounted radius of the ring of the largest field", "length"),
         "breakdown_share": (_CELL, highest / share, "largest field over the dielectric strength", _STRENGTH),
@@ -216,7 +218,7 @@ def _variables(
         "least_tangent_stiffness_radius": (_CELL, weakest, "mounted radius of the ring where it is least", "length"),
         "wrinkled_share": (_CELL, _wrinkled(at), "share of the mounted area that is wrinkled", "share"),
         "film_error": ((), members.number(placed.prefix + "film_error"), "stated error of the force of runs", "share"),
-        "mounted_radius": (("ring",), found.radius, "mounted radius of the ring", "length"),
+        "mounted_radius": (("ring",), profiles.radius, "mounted radius of the ring", "length"),
         "ring_radius": (_RING, at.r, "radius of the ring", "length"),
         "ring_height": (_RING, up * at.z, "height of the ring above the rim", "length"),
         "meridional_stretch": (_RING, lm[..., None] * at.l1, "meridional stretch", "stretch"),
@@ -229,7 +231,8 @@ def _variables(
     }
     words = "" if placed.drive is None else "second film: "
     return {
-        placed.prefix + name: (dims, values, words + meaning, of) for name, (dims, values, meaning, of) in cell.items()
+        placed.prefix + name: (dims, values, words + meaning, quantity)
+        for name, (dims, values, meaning, quantity) in cell.items()
     }
 
 
@@ -264,18 +267,22 @@ def capacitance_of_states(members: Members, placed: PlacedFilm, x: Array, square
 
 def _cells(n: Mapping[str, Any], placed: PlacedFilm, x: Array, squared: Array) -> _Cells:
     """States of the fitted film, on which devices run, under squared voltages on it."""
-    own, at, V = placed.own(n), np.ravel(placed.place(x, n)), np.ravel(squared)
-    v, there = np.sqrt(V), np.isfinite(at)
-    x0, one = np.where(there, at, 0.0), placed.film
-    kind = np.where(there, one.state(x0, v, [], own).kind, -1)
-    found = one.force(x0, V, [], own)[0], one.capacitance(x0, V, [], own), one.highest_squared(x0, own)
-    force, area, limit = (np.where(there, values, np.nan) for values in found)
-    localised = one.pull_in_kind(one.switches(x0, V, [], own)) == FilmPullIn.LOCALISATION
+    numbers, at, V = placed.own(n), np.ravel(placed.place(x, n)), np.ravel(squared)
+    v, finite = np.sqrt(V), np.isfinite(at)
+    x0, fitted = np.where(finite, at, 0.0), placed.film
+    kind = np.where(finite, fitted.state(x0, v, [], numbers).kind, -1)
+    cell_values = (
+        fitted.force(x0, V, [], numbers)[0],
+        fitted.capacitance(x0, V, [], numbers),
+        fitted.highest_squared(x0, numbers),
+    )
+    force, area, limit = (np.where(finite, values, np.nan) for values in cell_values)
+    localised = fitted.pull_in_kind(fitted.switches(x0, V, [], numbers)) == FilmPullIn.LOCALISATION
     unsupported = np.where(
-        np.abs(x0) > one.reach(own)[1], Held.STRETCH_LIMIT, np.where(localised, Held.LOCALISED, Held.MINIMUM)
+        np.abs(x0) > fitted.reach(numbers)[1], Held.STRETCH_LIMIT, np.where(localised, Held.LOCALISED, Held.MINIMUM)
     )
     as_held = np.where(kind == -1, unsupported, np.where(kind == SLACK, Held.SLACK, Held.HELD))
-    as_held = np.where(there, as_held, Held.NO_REST).astype(np.int8)
+    as_held = np.where(finite, as_held, Held.NO_REST).astype(np.int8)
     return _Cells(at, v, force, area, np.sqrt(limit), kind.astype(np.int8), as_held)
 
 
@@ -284,19 +291,19 @@ def _with_rings(members: Members, placed: PlacedFilm, k: int, cells: _Cells) -> 
     n: dict[str, Any] = dict(placed.own(members.numbers_at(k)))
     ratio = float(members.values[placed.prefix + "radius_ratio"][k])
     assert isinstance(placed.film, MembraneFilm)
-    own = Elements(Gel(placed.film.law, n, n["A"], n["B"]), ratio)
-    wanted = np.flatnonzero(cells.held == Held.HELD)
+    elements = Elements(Gel(placed.film.law, n, n["A"], n["B"]), ratio)
+    held_rows = np.flatnonzero(cells.held == Held.HELD)
     parts = []
-    for begin in range(0, max(wanted.size, 1), MOST_AT_ONCE):
-        some = wanted[begin : begin + MOST_AT_ONCE]
-        at = held(own, np.abs(cells.x[some]), cells.voltage[some] ** 2)
-        measured = own.measures(at)
-        parts.append((measured.force * np.sign(cells.x[some]), measured.area, at.found, *profile(own, at)))
+    for start in range(0, max(held_rows.size, 1), MOST_AT_ONCE):
+        block = held_rows[start : start + MOST_AT_ONCE]
+        at = held(elements, np.abs(cells.x[block]), cells.voltage[block] ** 2)
+        measured = elements.measures(at)
+        parts.append((measured.force * np.sign(cells.x[block]), measured.area, at.found, *profile(elements, at)))
     force, area, found, radius, *rings = zip(*parts, strict=True)
     values = [np.full((cells.x.size, radius[0].size), np.nan) for _ in rings]
     for whole, ring in zip(values, rings, strict=True):
-        whole[wanted] = np.concatenate(ring)
+        whole[held_rows] = np.concatenate(ring)
     as_held, forces, areas = cells.held.copy(), cells.force.copy(), cells.capacitance.copy()
-    forces[wanted], areas[wanted] = np.concatenate(force), np.concatenate(area)
-    as_held[wanted[~np.concatenate(found)]] = Held.UNRESOLVED
+    forces[held_rows], areas[held_rows] = np.concatenate(force), np.concatenate(area)
+    as_held[held_rows[~np.concatenate(found)]] = Held.UNRESOLVED
     return cells._replace(held=as_held, force=forces, capacitance=areas), Profile(radius[0], *values)

@@ -98,7 +98,7 @@ def drive_ramp(balance: StaticBalance, levels: Array) -> Ramp:
         x - rest,
         balance.voltage_force(rest, squared) + 0.0,
         balance.stiffness(x, squared),
-        [np.sqrt(own) for own in balance.films(x, squared)],
+        [np.sqrt(square) for square in balance.films(x, squared)],
         float(pitchfork),
         pull_in,
     )

@@ -64,15 +64,15 @@ class Rates:
         """
         z, n = self._at(t, y, voltage, force)
         with np.errstate(all="ignore"):
-            found = self._system.rates(0.0, list(z), n)
-        return np.stack(np.broadcast_arrays(*found)) * self._column(z) / self._scales.time
+            changes = self._system.rates(0.0, list(z), n)
+        return np.stack(np.broadcast_arrays(*changes)) * self._column(z) / self._scales.time
 
     def jacobian(self, t: float, y: Any, *, voltage: Input | None = None, force: Input = 0.0) -> Array:
         """Derivatives (N, N) of the rates by the states ``y`` (N,), for implicit integrators; see `__call__`."""
         z, n = self._at(t, y, voltage, force)
         _, rows = self._system.rates_and_slopes(0.0, [np.float64(value) for value in z], n)
-        found = np.array([[float(value) for value in row[1:]] for row in rows])
-        return found * self._sizes[:, None] / (self._sizes * self._scales.time)
+        slopes = np.array([[float(value) for value in row[1:]] for row in rows])
+        return slopes * self._sizes[:, None] / (self._sizes * self._scales.time)
 
     def to_control(self) -> Any:
         """The device as a ``control.NonlinearIOSystem``: inputs ``voltage`` and ``force``, and all states as outputs.

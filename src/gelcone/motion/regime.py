@@ -102,8 +102,8 @@ def regime(
     """
     options: dict[str, Any] = {"transient": transient, "patience": patience, "budget": budget, "tolerance": tolerance}
     states = start_states(model, initial)
-    found = regime_cells(model.members(), states, **options, threads=threads, progress=progress)
-    return dataset.label(model, found.variables, outcome=found.outcome, options=options, title="regime of motion")
+    findings = regime_cells(model.members(), states, **options, threads=threads, progress=progress)
+    return dataset.label(model, findings.variables, outcome=findings.outcome, options=options, title="regime of motion")
 
 
 def regime_cells(
@@ -176,5 +176,5 @@ def _findings(evidence: Evidence, system: ConeSystem) -> Findings:
 
 def label_evidence(model: Ensemble, evidence: Evidence, options: dict[str, Any], title: str) -> xr.Dataset:
     """Evidence of all members as a Dataset over the ensemble's dims."""
-    found = _findings(evidence, model.system)
-    return dataset.label(model, found.variables, outcome=found.outcome, options=options, title=title)
+    findings = _findings(evidence, model.system)
+    return dataset.label(model, findings.variables, outcome=findings.outcome, options=options, title=title)

@@ -12,6 +12,6 @@ def solved_where_regular(matrices: Any, right: Any) -> Any:
     finite."""
     regular = np.array(np.isfinite(matrices).all(axis=(-2, -1)) & np.isfinite(right).all(axis=-1))
     regular[regular] = np.linalg.slogdet(matrices[regular])[0] != 0.0
-    found = np.full(right.shape, np.nan, dtype=np.result_type(matrices, right))
-    found[regular] = np.linalg.solve(matrices[regular], right[regular][..., None])[..., 0]
-    return found
+    solutions = np.full(right.shape, np.nan, dtype=np.result_type(matrices, right))
+    solutions[regular] = np.linalg.solve(matrices[regular], right[regular][..., None])[..., 0]
+    return solutions

@@ -149,7 +149,7 @@ def simulate(
         wanted = _wanted_times(times)
         even = even_times(model, wanted[-1])[0]
         sampled = np.union1d(even, wanted)[None]
-        kept, checked = (np.searchsorted(sampled[0], some) for some in (wanted, even))
+        kept, checked = (np.searchsorted(sampled[0], subset) for subset in (wanted, even))
     sampled = np.broadcast_to(sampled, (model.size, sampled.shape[1]))
     _check_memory(*sampled.shape)
     flow: dict[str, Any] = {"tolerance": tolerance, "threads": threads}
@@ -163,7 +163,9 @@ def simulate(
     advance(progress, 0.2)
     valid = validity_variables(validity_of_run(members, run, checked), run.outcome, members.system, of="time")
     films = {film.prefix: film for film in members.system.films}
-    kinds = {film.prefix: own.kind for film, own in zip(films.values(), film_states, strict=True) if film.kinds}
+    kinds = {
+        film.prefix: film_state.kind for film, film_state in zip(films.values(), film_states, strict=True) if film.kinds
+    }
     shared_times = (sampled == sampled[0]).all()
     dim = "time" if shared_times else "sample"
     meanings = (
@@ -324,11 +326,11 @@ def _variables(
         field = 0.5 * squared * np.broadcast_to(film.capacitance(x, squared, y, n), x.shape)
         strain = film.work(x, squared, y, n) + field - 0.5 * squared
         energies.append((strain, field, v * current))
-        own = {"drive_voltage": commands[k], "current": current}
+        film_series = {"drive_voltage": commands[k], "current": current}
         if not isinstance(system.film_lines[k].circuit, IdealSource):
-            own["film_voltage"] = v
-        own |= {name: getattr(state, name) for name in _OF_EACH_FILM}
-        series |= {film.prefix + name: value for name, value in own.items()}
+            film_series["film_voltage"] = v
+        film_series |= {name: getattr(state, name) for name in _OF_EACH_FILM}
+        series |= {film.prefix + name: value for name, value in film_series.items()}
     strain, field, power_in = (sum(parts[1:], parts[0]) for parts in zip(*energies, strict=True))
     mechanical, stored = 0.5 * u * u + bias, strain + field
     work = dict(zip(system.causes, np.moveaxis(run.work, -1, 0), strict=True))
@@ -378,7 +380,7 @@ def heat_of(system: ConeSystem, work: Array) -> Array:
 
 def ends_of_films(members: Members, run: Trajectories) -> dict[str, dataset.Variable]:
     """Variables of the pull-ins that end runs; none for films without states."""
-    found: dict[str, dataset.Variable] = {}
+    variables: dict[str, dataset.Variable] = {}
     voltages = members.voltages(run.end_times[:, None], run.end_states[:, None])
     for k, (film, voltage) in enumerate(zip(members.system.films, voltages, strict=True)):
         if not film.kinds:
@@ -391,6 +393,11 @@ def ends_of_films(members: Members, run: Trajectories) -> dict[str, dataset.Vari
         }
         for name, (value, meaning, quantity) in ends.items():
             value = np.where(pull_in > 0, value, np.nan)
-            found[f"{film.prefix}pull_in_{name}"] = ((), value, f"{meaning} at which {film.words} pulls in", quantity)
-        found[f"{film.prefix}pull_in_kind"] = ((), pull_in, f"how {film.words} pulls in", FilmPullIn)
-    return found
+            variables[f"{film.prefix}pull_in_{name}"] = (
+                (),
+                value,
+                f"{meaning} at which {film.words} pulls in",
+                quantity,
+            )
+        variables[f"{film.prefix}pull_in_kind"] = ((), pull_in, f"how {film.words} pulls in", FilmPullIn)
+    return variables

@@ -33,8 +33,8 @@ def rest_under(model: ConeModel, place: float, command: float) -> Array:
     system, n = model.system, model.numbers()
     z = list(model.members().start_states((place, 0.0))[0])
     if system.mechanical[len(DISC) :]:
-        own = ((line, system.command_of(line, command, n)) for line in system.film_lines)
-        volts = [voltage_under(system, line, z[0], commanded, n) for line, commanded in own]
+        commands = ((line, system.command_of(line, command, n)) for line in system.film_lines)
+        volts = [voltage_under(system, line, z[0], commanded, n) for line, commanded in commands]
         z = films_at_rest(system, [v * v for v in volts], z, n)
     return np.array(circuits_under(system, command, z, n), dtype=float)
 
@@ -54,10 +54,13 @@ def circuits_under(system: ConeSystem, command: Any, z: Sequence[Any], n: Mappin
 
 def films_at_rest(system: ConeSystem, squares: Sequence[Any], z: Sequence[Any], n: Mapping[str, Any]) -> list[Any]:
     """The states ``z`` with those of films and bias at rest at constant squared voltages on the films."""
-    own = system.mechanical[len(DISC) :]
-    known = dict(zip(own, system.relaxed(z[0], squares, n), strict=True))
-    z = [value if known.get(i) is None else np.broadcast_to(known[i], np.shape(z[0]))[()] for i, value in enumerate(z)]
-    places = [i for i in own if known[i] is None]
+    mechanical = system.mechanical[len(DISC) :]
+    relaxed = dict(zip(mechanical, system.relaxed(z[0], squares, n), strict=True))
+    z = [
+        value if relaxed.get(i) is None else np.broadcast_to(relaxed[i], np.shape(z[0]))[()]
+        for i, value in enumerate(z)
+    ]
+    places = [i for i in mechanical if relaxed[i] is None]
     if not places:
         return z
     with np.errstate(all="ignore"):
@@ -77,11 +80,11 @@ def uncurrented(system: ConeSystem, command: Any, z: Sequence[Any], n: Mapping[s
     search for rest starts there: with a film without voltage an amplifier may be at its limit."""
     z = list(z)
     for line in system.lines:
-        own = system.command_of(line, command, n)
+        line_command = system.command_of(line, command, n)
         for i in system.places_of(line):
-            z[i] = np.broadcast_to(own, np.shape(z[0]))[()]
+            z[i] = np.broadcast_to(line_command, np.shape(z[0]))[()]
         if line.circuit.carries_voltage and not line.circuit.rests_at_command(line.own(n)):
-            z[system.places_of(line)[-1]] = np.sign(own) * voltage_under(system, line, z[0], own, n)
+            z[system.places_of(line)[-1]] = np.sign(line_command) * voltage_under(system, line, z[0], line_command, n)
     return z
 
 

@@ -73,18 +73,18 @@ def section(
     phase = _checked_phase(phase)
     states0, members = start_states(model, initial), model.members()
     options: dict[str, Any] = {"repeats": repeats, "discard": discard, "phase": phase, "tolerance": tolerance}
-    found = section_cells(members, states0, **options, threads=threads, progress=progress)
+    findings = section_cells(members, states0, **options, threads=threads, progress=progress)
     numbers = discard + np.arange(repeats)
     times = (numbers + phase) * members.forcing_period[:, None]
     shared = bool((times == times[0]).all())
     result = dataset.label(
         model,
-        found.variables,
+        findings.variables,
         coords={
             "repeat": (("repeat",), numbers, "forcing periods since the start", "count"),
             "time": (("repeat",), times[0] if shared else times, "time", "time"),
         },
-        outcome=found.outcome,
+        outcome=findings.outcome,
         options=options,
         title="Poincare section",
     )

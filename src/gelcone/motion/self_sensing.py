@@ -111,10 +111,10 @@ def _known(model: ConeModel, squared: float) -> tuple[Known, Array]:
 def _states(known: Known, ends: Array) -> tuple[Array, Array]:
     """The x of states between two ``ends`` and their ``known`` capacitance: denser where it bends over x^2, and towards
     an end next to which no state is found."""
-    more, x, values = np.unique(np.linspace(ends[0], ends[-1], STATES)), ends[:0], ends[:0]
+    new_x, x, values = np.unique(np.linspace(ends[0], ends[-1], STATES)), ends[:0], ends[:0]
     for _ in range(ROUNDS + 1):
-        found = known(more)
-        x, values = np.append(x, more[np.isfinite(found)]), np.append(values, found[np.isfinite(found)])
+        measured = known(new_x)
+        x, values = np.append(x, new_x[np.isfinite(measured)]), np.append(values, measured[np.isfinite(measured)])
         x, values = x[np.argsort(x)], values[np.argsort(x)]
         widths = np.diff(x * x)
         error = np.abs(np.diff(np.diff(values) / widths)) * np.maximum(widths[1:], widths[:-1]) / 8.0
@@ -122,8 +122,8 @@ def _states(known: Known, ends: Array) -> tuple[Array, Array]:
         places = np.concatenate([ends[:1], x, ends[1:]])
         chosen = np.isin(np.arange(places.size - 1), [bent + 1, bent + 2])
         chosen[[0, -1]] |= np.diff(places)[[0, -1]] > 0.0
-        more = (0.5 * (places[:-1] + places[1:]))[chosen]
-        if not (x.size and more.size):
+        new_x = (0.5 * (places[:-1] + places[1:]))[chosen]
+        if not (x.size and new_x.size):
             break
     return x, values
 

@@ -91,8 +91,8 @@ def settled(
     if not members.damped.any():
         raise InputError("damping_ratio = 0: without damping no motion settles; give it some")
     options: dict[str, Any] = {"transient": transient, "patience": patience, "tolerance": tolerance}
-    found = settled_cells(members, states, **options, threads=threads, progress=progress)
-    return dataset.label(model, found.variables, outcome=found.outcome, options=options, title="settled motion")
+    findings = settled_cells(members, states, **options, threads=threads, progress=progress)
+    return dataset.label(model, findings.variables, outcome=findings.outcome, options=options, title="settled motion")
 
 
 def _meaning(name: str) -> tuple[str, dataset.Of]:
@@ -116,38 +116,38 @@ def settled_cells(
     counted = Counted(progress)
     flow: dict[str, Any] = {"tolerance": tolerance, "threads": threads, "progress": weighted(counted, 0.5)}
     losing = members.damped
-    found, linear = Swing.blank(members.size, states=states.shape[1]), np.full(members.size, np.nan)
-    found.outcome[~losing] = Outcome.ERROR
+    swings, linear = Swing.blank(members.size, states=states.shape[1]), np.full(members.size, np.nan)
+    swings.outcome[~losing] = Outcome.ERROR
     if losing.any():
-        part = members.take(losing)
-        found.put(losing, settled_swing(part, states[losing], source=True, **budgets, **flow))
-    rounding = found.resting.astype(bool)[:, None] & (np.abs(found.source) < AT_REST)
-    found.source[rounding] = 0.0
-    if (ran := found.outcome == Outcome.OK).any():
-        part = members.take(ran)
-        linear[ran] = linear_response(part, part.number("drive_frequency")[:, None]).stroke[:, 0]
+        group = members.take(losing)
+        swings.put(losing, settled_swing(group, states[losing], source=True, **budgets, **flow))
+    rounding = swings.resting.astype(bool)[:, None] & (np.abs(swings.source) < AT_REST)
+    swings.source[rounding] = 0.0
+    if (ran := swings.outcome == Outcome.OK).any():
+        group = members.take(ran)
+        linear[ran] = linear_response(group, group.number("drive_frequency")[:, None]).stroke[:, 0]
     counted.finish()
     return Findings(
         {
-            "stroke": ((), 2.0 * found.amplitude, "stroke of the settled motion, peak to peak", "length"),
-            "lowest": ((), found.lowest, "lowest displacement", "length"),
-            "highest": ((), found.highest, "highest displacement", "length"),
-            "mean": ((), found.mean, *_meaning("mean")),
-            "period": ((), found.forcing_periods, "period in forcing periods, 0 if none", "count"),
-            "resting": ((), found.resting.astype(np.int8), "1 if the disc is at rest", "code"),
-            "harmonic_amplitude": (("harmonic",), np.abs(found.harmonics), "amplitudes of harmonics 1 to 4", "length"),
-            "harmonic_phase": (("harmonic",), found.phases, "phases of harmonics ahead of the voltage", "angle"),
+            "stroke": ((), 2.0 * swings.amplitude, "stroke of the settled motion, peak to peak", "length"),
+            "lowest": ((), swings.lowest, "lowest displacement", "length"),
+            "highest": ((), swings.highest, "highest displacement", "length"),
+            "mean": ((), swings.mean, *_meaning("mean")),
+            "period": ((), swings.forcing_periods, "period in forcing periods, 0 if none", "count"),
+            "resting": ((), swings.resting.astype(np.int8), "1 if the disc is at rest", "code"),
+            "harmonic_amplitude": (("harmonic",), np.abs(swings.harmonics), "amplitudes of harmonics 1 to 4", "length"),
+            "harmonic_phase": (("harmonic",), swings.phases, "phases of harmonics ahead of the voltage", "angle"),
             "linear_stroke": ((), linear, "stroke by linear theory", quantity_of_stroke(members, linear)),
             **{
-                name: ((), found.source[:, list(MEANINGS).index(name)], *MEANINGS[name])
+                name: ((), swings.source[:, list(MEANINGS).index(name)], *MEANINGS[name])
                 for name in known_of(members.system)
             },
             **{
-                f"{name}_standard_error": ((), found.errors[:, k], f"standard error: {_meaning(name)[0]}", of)
-                for k, (name, of) in enumerate((name, _meaning(name)[1]) for name in AVERAGES)
+                f"{name}_standard_error": ((), swings.errors[:, k], f"standard error: {_meaning(name)[0]}", quantity)
+                for k, (name, quantity) in enumerate((name, _meaning(name)[1]) for name in AVERAGES)
                 if name in {"mean", *known_of(members.system)}
             },
-            **validity_variables(found.validity, found.outcome, members.system),
+            **validity_variables(swings.validity, swings.outcome, members.system),
         },
-        found.outcome,
+        swings.outcome,
     )

@@ -16,8 +16,8 @@ def single_film(model: ConeModel, name: str) -> Any:
     if len(system.films) > 1:
         raise InputError(f"{name}: takes one film, and here are two; leave second_film out")
     if not system.planar or system.circuit.borders or system.circuit.name != "ideal":
-        own = ", ".join(state.name for state in system.states[2:]) or system.circuit.name
+        state_names = ", ".join(state.name for state in system.states[2:]) or system.circuit.name
         raise InputError(
-            f"{name}: film, bias and circuit must have no states of their own, and have {own}; leave them out"
+            f"{name}: film, bias and circuit must have no states of their own, and have {state_names}; leave them out"
         )
     return system

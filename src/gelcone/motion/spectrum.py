@@ -325,19 +325,21 @@ NOTHING = Spectrum(np.empty(0), np.empty((0, 3)), np.nan, np.nan, np.nan, np.nan
 
 def analyse(record: Array, periods: int, highest: float) -> Spectrum:
     """The `Spectrum` of an even record over whole drive periods, up to ``highest``; `NOTHING` if it contains NaN."""
-    sampled, found = _windowed(record, np.sin(np.pi * np.arange(record.size) / record.size) ** 4, periods, highest)
-    if not found.rms >= STILL:
-        return found
+    sampled, without_lines = _windowed(
+        record, np.sin(np.pi * np.arange(record.size) / record.size) ** 4, periods, highest
+    )
+    if not without_lines.rms >= STILL:
+        return without_lines
     # a lobe beyond the band is needed to recognise a line at its very end
-    bins = found.amplitude.size
-    peaks, prominences = _peaks(sampled[: bins + LOBE], periods, found.aliasing_bound)
+    bins = without_lines.amplitude.size
+    peaks, prominences = _peaks(sampled[: bins + LOBE], periods, without_lines.aliasing_bound)
     kept = peaks < bins
     peaks, prominences = peaks[kept], prominences[kept]
     ratios, heights = _interpolated(sampled, peaks)
     lines = np.column_stack([ratios / periods, heights, prominences])
-    power, errors = _power(found.amplitude), of_record(record, periods)
+    power, errors = _power(without_lines.amplitude), of_record(record, periods)
     return replace(
-        found,
+        without_lines,
         lines=lines[np.argsort(-heights, kind="stable")][:MOST_LINES],
         power_in_lines=float(power[_in_lobes(peaks, power.size)].sum() / power.sum()),
         mean_standard_error=errors[0],
@@ -363,12 +365,14 @@ def _windowed(record: Array, window: Array, periods: int, highest: float) -> tup
     sampled = 2.0 * np.abs(np.fft.rfft(window * swing)) / total
     sampled[0] = abs(mean)
     # the small addition corrects the rounding of products such as 0.1 * 30
-    found = replace(NOTHING, amplitude=sampled[: int(highest * periods + 1e-6) + 1], mean=mean, rms=rms)
+    without_lines = replace(NOTHING, amplitude=sampled[: int(highest * periods + 1e-6) + 1], mean=mean, rms=rms)
     if rms < STILL:
-        return sampled, found
-    power = _power(found.amplitude)
+        return sampled, without_lines
+    power = _power(without_lines.amplitude)
     flatness = float(np.exp(np.log(power).mean()) / power.mean())
-    return sampled, replace(found, flatness=flatness, aliasing_bound=float(sampled[-(sampled.size // 8) :].max()))
+    return sampled, replace(
+        without_lines, flatness=flatness, aliasing_bound=float(sampled[-(sampled.size // 8) :].max())
+    )
 
 
 def _power(amplitude: Array) -> Array:
@@ -385,8 +389,8 @@ def _peaks(amplitude: Array, periods: int, least: float) -> tuple[npt.NDArray[np
     # a slow drift gives a slope next to the mean that looks like a line
     level[:LOBE] = level[LOBE]
     lowest = np.maximum(median_filter(level, size=periods | 1, mode="reflect") + STANDS_OUT, _decibels(least))
-    peaks, found = find_peaks(level, height=lowest, prominence=STANDS_OUT, distance=LOBE)
-    return peaks, found["prominences"]
+    peaks, properties = find_peaks(level, height=lowest, prominence=STANDS_OUT, distance=LOBE)
+    return peaks, properties["prominences"]
 
 
 def _decibels(amplitude: Any) -> Any:

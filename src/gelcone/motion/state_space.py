@@ -94,18 +94,18 @@ def equilibrium_under_bias(model: ConeModel, bias: float, given: str = "voltage_
     """The equilibrium at the end of a slow ramp from 0 to the voltage ``bias``. Raises `InputError` beyond pull-in; the
     message begins with the name ``given``."""
     drive = model.system.films[-1].drive
-    own = {"opposite": "voltage_bias", "constant": "second_voltage"}.get(str(drive))
-    begin = abs(float(model.voltage_bias)) if drive == "opposite" else 0.0
-    first, place = stroke_and_blocked_force(model, [begin, abs(bias)])["displacement"].values
+    parameter = {"opposite": "voltage_bias", "constant": "second_voltage"}.get(str(drive))
+    start = abs(float(model.voltage_bias)) if drive == "opposite" else 0.0
+    first, place = stroke_and_blocked_force(model, [start, abs(bias)])["displacement"].values
     if np.isfinite(place):
         return float(place)
     remedy = "lower it"
     if np.isfinite(first):
-        remedy = "take one closer to voltage_bias" if begin else remedy
-    elif own is None:
+        remedy = "take one closer to voltage_bias" if start else remedy
+    elif parameter is None:
         raise InputError("without voltage no equilibrium is stable; change the film or what holds it")
-    elif drive == "constant" or abs(bias) != begin:
-        given, bias = f"{own} =", float(getattr(model, own))
+    elif drive == "constant" or abs(bias) != start:
+        given, bias = f"{parameter} =", float(getattr(model, parameter))
     raise InputError(f"{given} {bias:g}: beyond pull-in, there is no equilibrium; {remedy}")
 
 
@@ -190,15 +190,15 @@ def _linearised(
         np.array([1.0 if device is None else float(device.scales.size(known[name])) for name in given])
         for given, known in ((inputs, INPUTS), (outputs, OUTPUTS))
     )
-    found = StateSpace(
+    space = StateSpace(
         A=jacobian[:, :-1] * x[:, None] / (x * time),
         B=B * x[:, None] / (time * u),
         C=C * y[:, None] / x,
         D=D * y[:, None] / u,
     )
-    found.states, found.inputs, found.outputs = tuple(s.name for s in system.states), tuple(inputs), tuple(outputs)
-    found.place, found.rest = at[0] * float(x[0]), tuple((np.array(at[:-1]) * x).tolist())
-    return found
+    space.states, space.inputs, space.outputs = tuple(s.name for s in system.states), tuple(inputs), tuple(outputs)
+    space.place, space.rest = at[0] * float(x[0]), tuple((np.array(at[:-1]) * x).tolist())
+    return space
 
 
 def _output_rows(
@@ -214,23 +214,23 @@ def _output_rows(
     """The rows of C and D of the outputs."""
 
     def values(z: list[Any], xp: Any) -> list[Any]:
-        own = {**n, **{name: xp.constant(float(np.ravel(value)[0])) for name, value in switches.items()}}
-        moment = system.under(z[-1], z[:-1], own, xp)
+        numbers = {**n, **{name: xp.constant(float(np.ravel(value)[0])) for name, value in switches.items()}}
+        moment = system.under(z[-1], z[:-1], numbers, xp)
         v = moment.voltage(system.lines[0])
-        found = {"displacement": z[0], "velocity": z[1], "film_voltage": v}
+        quantities = {"displacement": z[0], "velocity": z[1], "film_voltage": v}
         if wanted & {"charge", "capacitance"}:
-            found["capacitance"] = system.films[0].capacitance(
-                z[0], v * v, system.states_of(z[:-1], "film", 0), own, xp
+            quantities["capacitance"] = system.films[0].capacitance(
+                z[0], v * v, system.states_of(z[:-1], "film", 0), numbers, xp
             )
             delays = system.circuit.delays
-            found["charge"] = moment.stored(system.lines[0]) if delays else v * found["capacitance"]
+            quantities["charge"] = moment.stored(system.lines[0]) if delays else v * quantities["capacitance"]
         if "leak" in wanted:
-            found["leak"] = moment.leaks()[0]
+            quantities["leak"] = moment.leaks()[0]
         if "source_charge" in wanted:
-            found["source_charge"] = moment.stored(system.lines[0])
+            quantities["source_charge"] = moment.stored(system.lines[0])
         if "source_leak" in wanted:
-            found["source_leak"] = sum(moment.leaks()[k] for k in system.lines[0].films)
-        return [xp.node(found[name]) for name in rows]
+            quantities["source_leak"] = sum(moment.leaks()[k] for k in system.lines[0].films)
+        return [xp.node(quantities[name]) for name in rows]
 
     rows = [*("charge" if name == "current" else name for name in outputs), "leak"]
     wanted = set(rows)
@@ -256,8 +256,8 @@ def state_scales(states: tuple[State, ...], device: Device | None) -> tuple[Arra
     """SI values of one unit of each state and of time; 1 without a device."""
     if device is None:
         return np.ones(len(states)), 1.0
-    own = [float(device.scales.size(state.quantity)) if state.quantity in MEASURES else 1.0 for state in states]
-    return np.array(own), device.scales.time
+    sizes = [float(device.scales.size(state.quantity)) if state.quantity in MEASURES else 1.0 for state in states]
+    return np.array(sizes), device.scales.time
 
 
 def check_frequencies(omega: Array) -> None:

@@ -143,7 +143,7 @@ def pull_in_voltage(model: Ensemble, start: Lengths | None = None) -> xr.Dataset
 
 def fold_variables(folds: list[list[tuple[float, float]]]) -> dict[str, dataset.Variable]:
     """Variables of the folds (voltage, displacement) of each member, padded with NaN."""
-    rows = [np.array(own).reshape(-1, 2) for own in folds]
+    rows = [np.array(member_folds).reshape(-1, 2) for member_folds in folds]
     voltage, place = (padded([row[:, k] for row in rows]) for k in range(2))
     return {
         "fold_voltage": (("fold",), voltage, "voltage at which two equilibria meet in a fold", _FOLD),

@@ -64,19 +64,19 @@ def ramp_limits_of(plane: Plane) -> Array:
 
 def with_first_pull_in(limits: Array) -> Array:
     """Return the voltages of `STATIC_LIMITS` from those of `ramp_limits_of`: pull-in is that which comes first."""
-    *met, own, membrane = limits
-    return np.array([*met, np.fmin(own, membrane)])
+    *met, cone, membrane = limits
+    return np.array([*met, np.fmin(cone, membrane)])
 
 
 def membrane_pull_in_at_own_bias(plane: Plane) -> float:
     """The constant voltage of pull-in of the membrane, as in `ramp_limits_of`, of films in opposite phase at the
     model's bias, from which the voltage rises; NaN if the way to that bias is lost."""
-    own = replace(plane, own_bias=True)
-    lost = own.ramp(np.zeros(1)).pull_in
+    biased_plane = replace(plane, own_bias=True)
+    lost = biased_plane.ramp(np.zeros(1)).pull_in
     if np.isnan(lost):
         return lost
-    begin = abs(float(plane.model.voltage_bias)) if plane.model.system.in_opposite_phase else 0.0
-    return float(_met(own, BEFORE * lost if np.isfinite(lost) else HIGHEST_SEARCHED, begin)[-1])
+    start = abs(float(plane.model.voltage_bias)) if plane.model.system.in_opposite_phase else 0.0
+    return float(_met(biased_plane, BEFORE * lost if np.isfinite(lost) else HIGHEST_SEARCHED, start)[-1])
 
 
 def _met(plane: Plane, highest: float, begin: float = 0.0) -> Array:
@@ -85,7 +85,7 @@ def _met(plane: Plane, highest: float, begin: float = 0.0) -> Array:
 
     def excess(levels: Array) -> Array:
         ramp = plane.ramp(levels)
-        voltages = [own[None] for own in ramp.voltages]
+        voltages = [voltage[None] for voltage in ramp.voltages]
         return _violations(plane, plane.model.members(), ramp.displacement[None, :, None], voltages)[:, 0]
 
     low, high = np.zeros(len(_FAILING)), np.full(len(_FAILING), np.inf)
@@ -93,9 +93,9 @@ def _met(plane: Plane, highest: float, begin: float = 0.0) -> Array:
     end = min(begin + FIRST, highest)
     while True:
         levels = np.linspace(begin, end, STATIC_POINTS + 1)
-        found = excess(levels)
-        known |= ~np.isnan(found).all(axis=1)
-        low, high = np.where(np.isinf(high), _first_over(levels, found), [low, high])
+        excesses = excess(levels)
+        known |= ~np.isnan(excesses).all(axis=1)
+        low, high = np.where(np.isinf(high), _first_over(levels, excesses), [low, high])
         if end >= highest or np.isfinite(high[known]).all():
             break
         begin, end = end, min(2.0 * end, highest)
@@ -119,20 +119,20 @@ def _narrowed(excess: Callable[[Array], Array], low: Array, high: Array, closer:
     until they are as wide as the share ``resolved`` of the voltage; infinite where ``high`` is."""
     while (wide := np.flatnonzero(np.isfinite(high) & (high - low > resolved * (high + resolved)))).size:
         inner = np.linspace(low[wide], high[wide], closer, axis=1)
-        own = excess(inner.ravel()).reshape(-1, *inner.shape)[wide, np.arange(wide.size)]
-        own[:, -1] = np.inf
-        low[wide], high[wide] = _first_over(inner, own)
+        excesses = excess(inner.ravel()).reshape(-1, *inner.shape)[wide, np.arange(wide.size)]
+        excesses[:, -1] = np.inf
+        low[wide], high[wide] = _first_over(inner, excesses)
     return np.where(np.isfinite(high), low, np.inf)
 
 
 def _violations(plane: Plane, members: Members, motion: Array, voltages: Sequence[Array]) -> Array:
     """Excesses of the assumptions `_FAILING` (assumptions, members, samples), of two films the larger; NaN: unknown."""
-    found = np.full((len(_FAILING), *motion.shape[:2]), np.nan)
+    excesses = np.full((len(_FAILING), *motion.shape[:2]), np.nan)
     with np.errstate(all="ignore"):
-        for own in plane.violations(members, motion, voltages):
+        for film_excesses in plane.violations(members, motion, voltages):
             for row, name in enumerate(_FAILING):
-                found[row] = np.fmax(found[row], own.get(name, np.nan))
-    return found
+                excesses[row] = np.fmax(excesses[row], film_excesses.get(name, np.nan))
+    return excesses
 
 
 def _states(plane: Plane, ramp: Ramp) -> list[FilmState]:

@@ -83,6 +83,6 @@ def padded(rows: Sequence[Array], least: int = 1) -> Array:
     """Arrays (rows, ...) of different lengths in one, (arrays, rows, ...), with at least ``least`` rows, padded with
     NaN."""
     table = np.full((len(rows), max(least, *map(len, rows)), *rows[0].shape[1:]), np.nan)
-    for place, own in zip(table, rows, strict=True):
-        place[: len(own)] = own
+    for slot, row in zip(table, rows, strict=True):
+        slot[: len(row)] = row
     return table

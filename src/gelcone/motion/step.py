@@ -115,12 +115,12 @@ def step(
     x, ran = run.states[..., 0], run.outcome == Outcome.OK
     pulls = acceleration_at(members, np.broadcast_to(times, x.shape), run.states)
     motion = np.stack([x, run.states[..., 1], pulls], axis=-1)
-    found = {name: np.where(ran, values, np.nan) for name, values in _measured(times, motion, start).items()}
-    found["initial_displacement"] = np.full(levels.size, start)
-    found["equilibrium_displacement"] = stroke_and_blocked_force(model, levels)["displacement"].values
+    numbers = {name: np.where(ran, values, np.nan) for name, values in _measured(times, motion, start).items()}
+    numbers["initial_displacement"] = np.full(levels.size, start)
+    numbers["equilibrium_displacement"] = stroke_and_blocked_force(model, levels)["displacement"].values
     advance(progress, 0.5)
     along = ("constant_voltage",)
-    variables: dict[str, dataset.Variable] = {name: (along, found[name], *about) for name, about in _MEANINGS.items()}
+    variables: dict[str, dataset.Variable] = {name: (along, numbers[name], *about) for name, about in _MEANINGS.items()}
     variables["displacement"] = ((*along, "time"), x, "displacement after the step", "length")
     valid = validity_variables(validity_of_run(members, run), run.outcome, members.system, along, "time")
     result = dataset.label(
@@ -150,9 +150,9 @@ _MEANINGS: dict[str, tuple[str, dataset.Of]] = {
 
 def _levels(model: ConeModel, before: float) -> Array:
     """The default voltages after a step from the voltage ``before``: that one alone if there is no other."""
-    own = own_levels(model)
-    others = own[own != before]
-    return others if others.size else own
+    levels = own_levels(model)
+    others = levels[levels != before]
+    return others if others.size else levels
 
 
 def _duration(damping_ratio: float, time_constant: float, given: float | None) -> float:
@@ -172,7 +172,7 @@ def _duration(damping_ratio: float, time_constant: float, given: float | None) -
 def _measured(times: Array, motion: Array, start: float) -> dict[str, Array]:
     """Numbers of steps (members,) from displacement, velocity and acceleration (members, samples, 3); NaN where the
     disc does not move, and of a motion that has ended."""
-    rows = [_of_path(times, own, start) if np.isfinite(own).all() else np.full(5, np.nan) for own in motion]
+    rows = [_of_path(times, path, start) if np.isfinite(path).all() else np.full(5, np.nan) for path in motion]
     names = ("final_displacement", "rise_time", "overshoot", "settling_time", "drift")
     return dict(zip(names, np.array(rows).T, strict=True))
 
@@ -208,8 +208,8 @@ def _path(times: Array, motion: Array) -> tuple[PPoly, Array]:
     above = quintic(x[:, 1] - sum(below), u[:, 1] - u[:, 0] - a[:, 0], a[:, 1] - a[:, 0])
     terms = [term / gap**k for k, term in enumerate([*below, *above])]
     turns = np.flatnonzero(sides[:, 0, 1] * sides[:, 1, 1] < 0.0)
-    found = turning_share(gap[turns], *(np.moveaxis(sides[turns], -1, 0)))
-    return PPoly(np.array(terms[::-1]), times), np.sort(np.append(times, times[turns] + found * gap[turns]))
+    shares = turning_share(gap[turns], *(np.moveaxis(sides[turns], -1, 0)))
+    return PPoly(np.array(terms[::-1]), times), np.sort(np.append(times, times[turns] + shares * gap[turns]))
 
 
 def _slope(times: Array, x: Array) -> float:

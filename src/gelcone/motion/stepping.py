@@ -156,16 +156,16 @@ def _tried(
 ) -> tuple[Swing, npt.NDArray[np.bool_]]:
     """Motions reached from those ``before``, or from ``initial`` where ``fresh``; and the mask of those that have
     jumped."""
-    begin = np.where(fresh[:, None], initial, nudge(before.final, NUDGE))
-    tried = settled_swing(members, begin, only_extent=True, **search)
+    starts = np.where(fresh[:, None], initial, nudge(before.final, NUDGE))
+    tried = settled_swing(members, starts, only_extent=True, **search)
     changed = ~fresh & jumped(before, tried, largest)
     rows = np.flatnonzero(changed)
     if rows.size:
-        held, found = on_their_cycles(members.take(rows), before.take(rows), search)
-        at = rows[held]
+        cycle_rows, on_cycles = on_their_cycles(members.take(rows), before.take(rows), search)
+        at = rows[cycle_rows]
         # where the cycle near the motion before equals the motion now, it has changed without a jump
-        apart = jumped(before.take(at), found, largest[at]) & jumped(tried.take(at), found, largest[at])
-        tried.put(at[~apart], found.take(~apart))
+        apart = jumped(before.take(at), on_cycles, largest[at]) & jumped(tried.take(at), on_cycles, largest[at])
+        tried.put(at[~apart], on_cycles.take(~apart))
         changed[at] = apart
     return tried, changed
 
@@ -184,10 +184,10 @@ def continued(
     now, persists = before.take(...), before.period == 0
     cycling, others = np.flatnonzero(~persists), np.flatnonzero(persists)
     if cycling.size:
-        held, found = on_their_cycles(members.take(cycling), before.take(cycling), search)
-        at = cycling[held]
-        same = ~jumped(before.take(at), found, largest[at])
-        now.put(at[same], found.take(same))
+        cycle_rows, on_cycles = on_their_cycles(members.take(cycling), before.take(cycling), search)
+        at = cycling[cycle_rows]
+        same = ~jumped(before.take(at), on_cycles, largest[at])
+        now.put(at[same], on_cycles.take(same))
         persists[at[same]] = True
     if others.size:
         now.put(others, settled_swing(members.take(others), before.final[others], only_extent=True, **search))
@@ -198,9 +198,11 @@ def on_their_cycles(members: Members, before: Swing, search: dict[str, Any]) -> 
     """Indices of the motions with an attracting cycle near the one ``before``, and the motions on these cycles."""
     cycles = find_cycles(members, before.final, before.period, **integration(search))
     rows = np.flatnonzero(cycles.sign < 0)
-    found = swing_of(members.take(rows), cycles.take(rows), before.final[rows], only_extent=True, **integration(search))
-    ran = found.outcome == Outcome.OK
-    return rows[ran], found.take(ran)
+    swings = swing_of(
+        members.take(rows), cycles.take(rows), before.final[rows], only_extent=True, **integration(search)
+    )
+    ran = swings.outcome == Outcome.OK
+    return rows[ran], swings.take(ran)
 
 
 def jumped(one: Swing, other: Swing, largest: Array) -> npt.NDArray[np.bool_]:

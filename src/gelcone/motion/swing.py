@@ -91,35 +91,35 @@ def swing(
     over `REPEATS` forcing periods, their averages with the ``source`` over more. With ``only_extent``, harmonics and
     validity, which is slow to compute, stay NaN; deliveries stay NaN without ``source``.
     """
-    found = Swing.blank(members.size, states=states.shape[1])
-    found.period[:] = 0 if period is None else period
-    for own in np.unique(found.period):
-        rows = np.flatnonzero(found.period == own)
+    swings = Swing.blank(members.size, states=states.shape[1])
+    swings.period[:] = 0 if period is None else period
+    for cycle_period in np.unique(swings.period):
+        rows = np.flatnonzero(swings.period == cycle_period)
         # two forcing periods are a whole number of drive periods
-        repeats = int(own * (1 + own % 2)) or REPEATS
-        part = members.take(rows)
-        run = sampled(part, states[rows], repeats, SAMPLES, **flow_options)
+        repeats = int(cycle_period * (1 + cycle_period % 2)) or REPEATS
+        group = members.take(rows)
+        run = sampled(group, states[rows], repeats, SAMPLES, **flow_options)
         x = run.path[..., 0]
-        found.lowest[rows], found.highest[rows] = extremes(part, states[rows], repeats, run, **flow_options)
-        found.outcome[rows], found.final[rows], found.mean[rows] = run.outcome, run.path[:, -1], x.mean(axis=1)
+        swings.lowest[rows], swings.highest[rows] = extremes(group, states[rows], repeats, run, **flow_options)
+        swings.outcome[rows], swings.final[rows], swings.mean[rows] = run.outcome, run.path[:, -1], x.mean(axis=1)
         if source:
             spacing = (run.times.shape[1] - 1) // x.shape[1]
-            of_source = electrical(part, run.times[:, spacing::spacing], run.path, states[rows], **flow_options)
-            found.source[rows] = np.stack([of_source[name] for name in MEANINGS], axis=-1)
-            found.errors[rows] = 0.0
-            if not own:
-                _average(found, rows, *averages(part, states[rows], SAMPLES, **flow_options))
+            of_source = electrical(group, run.times[:, spacing::spacing], run.path, states[rows], **flow_options)
+            swings.source[rows] = np.stack([of_source[name] for name in MEANINGS], axis=-1)
+            swings.errors[rows] = 0.0
+            if not cycle_period:
+                _average(swings, rows, *averages(group, states[rows], SAMPLES, **flow_options))
         if not only_extent:
-            found.harmonics[rows] = harmonics_of(part, x, SAMPLES)
-            found.validity[rows] = run.validity(part, turn=own > 0)
-    return found
+            swings.harmonics[rows] = harmonics_of(group, x, SAMPLES)
+            swings.validity[rows] = run.validity(group, turn=cycle_period > 0)
+    return swings
 
 
 def _average(found: Swing, rows: npt.NDArray[np.intp], means: Array, errors: Array) -> None:
     """Set the averages of motions without a period, where they are known, and their errors."""
     for k, name in enumerate(AVERAGES):
-        own = found.mean if name == "mean" else found.source[:, list(MEANINGS).index(name)]
-        own[rows] = np.where(np.isfinite(means[:, k]), means[:, k], own[rows])
+        target = found.mean if name == "mean" else found.source[:, list(MEANINGS).index(name)]
+        target[rows] = np.where(np.isfinite(means[:, k]), means[:, k], target[rows])
     found.errors[rows] = errors
 
 
@@ -145,20 +145,20 @@ def settled_swing(
     """The swing of damped members on the attractor that a search finds from ``states`` (members, N), with period 1 for
     a rest, or else of the motion after the search. Options as in `settled` and `swing`."""
     reached = search(members, states, transient=transient, patience=patience, progress=progress, **flow_options)
-    found = Swing.blank(members.size, states=states.shape[1])
-    found.outcome[:] = reached.outcome
+    swings = Swing.blank(members.size, states=states.shape[1])
+    swings.outcome[:] = reached.outcome
     rows = np.flatnonzero(reached.outcome == Outcome.OK)
     if rows.size:
-        part, cycles = members.take(rows), reached.cycles.take(rows)
-        found.put(
-            rows, swing_of(part, cycles, reached.state[rows], only_extent=only_extent, source=source, **flow_options)
+        group, cycles = members.take(rows), reached.cycles.take(rows)
+        swings.put(
+            rows, swing_of(group, cycles, reached.state[rows], only_extent=only_extent, source=source, **flow_options)
         )
-    return found
+    return swings
 
 
 def swing_of(members: Members, cycles: Cycles, states: Array, **options: Any) -> Swing:
     """`swing` on ``cycles``, or from ``states`` (members, N) where there is none."""
-    begin = np.where(cycles.found[:, None], cycles.point, states)
-    found = swing(members, begin, np.where(cycles.found, cycles.period, 0), **options)
-    found.resting[:] = cycles.resting
-    return found
+    starts = np.where(cycles.found[:, None], cycles.point, states)
+    swings = swing(members, starts, np.where(cycles.found, cycles.period, 0), **options)
+    swings.resting[:] = cycles.resting
+    return swings

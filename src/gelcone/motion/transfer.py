@@ -129,7 +129,7 @@ def transfer(
     signals = _amplitudes(model, about) if amplitudes is None else _signals(amplitudes)
     place, current, _ = _linear(space, omega)
     options: dict[str, Any] = {"tolerance": tolerance, "threads": threads}
-    found = _measured(model, space, signals, at, progress, options)
+    answers = _measured(model, space, signals, at, progress, options)
     linear, measured = ("drive_frequency",), ("amplitude", "measured_frequency")
     variables: dict[str, dataset.Variable] = {
         "equilibrium_displacement": ((), space.place, "displacement under the bias", "length"),
@@ -137,15 +137,15 @@ def transfer(
         "resonance": ((), resonance, "frequency of the largest gain", "frequency"),
         "largest_gain": ((), largest, "largest gain by linear theory", "gain"),
     }
-    for dims, before, of, (x, i) in (
+    for dims, before, method, (x, i) in (
         (linear, "", "by linear theory", (place, current)),
-        (measured, "measured_", "measured", found[:2]),
+        (measured, "measured_", "measured", answers[:2]),
     ):
         variables |= {
-            f"{before}gain": (dims, np.abs(x), f"displacement over voltage, {of}", "gain"),
-            f"{before}phase": (dims, _degrees(x), f"phase of the displacement, {of}", "angle"),
-            f"{before}admittance": (dims, np.abs(i), f"current over voltage, {of}", "admittance"),
-            f"{before}admittance_phase": (dims, _degrees(i), f"phase of the current, {of}", "angle"),
+            f"{before}gain": (dims, np.abs(x), f"displacement over voltage, {method}", "gain"),
+            f"{before}phase": (dims, _degrees(x), f"phase of the displacement, {method}", "angle"),
+            f"{before}admittance": (dims, np.abs(i), f"current over voltage, {method}", "admittance"),
+            f"{before}admittance_phase": (dims, _degrees(i), f"phase of the current, {method}", "angle"),
         }
     result = dataset.label(
         given,
@@ -159,7 +159,7 @@ def transfer(
         options={"bias": about, "tolerance": tolerance},
         title="transfer functions",
     )
-    return result.assign(outcome=dataset.outcome_array(found[2], measured))
+    return result.assign(outcome=dataset.outcome_array(answers[2], measured))
 
 
 def _frequencies(given: Any) -> Array:
@@ -169,10 +169,10 @@ def _frequencies(given: Any) -> Array:
 
 
 def _signals(given: Any) -> Array:
-    found = np.unique(np.asarray(given, dtype=float))
-    if not (np.isfinite(found).all() and (found >= 0.0).all()):
+    amplitudes = np.unique(np.asarray(given, dtype=float))
+    if not (np.isfinite(amplitudes).all() and (amplitudes >= 0.0).all()):
         raise InputError("amplitudes: must be finite and not negative; 0 measures none")
-    return found[found > 0.0]
+    return amplitudes[amplitudes > 0.0]
 
 
 def _amplitudes(model: ConeModel, bias: float) -> Array:
@@ -201,8 +201,8 @@ def _largest_gain(space: StateSpace, omega: Array) -> tuple[float, float]:
     gains = gain(omega)
     best = int(np.argmax(gains))
     ends = omega[max(best - 1, 0)], omega[min(best + 1, omega.size - 1)]
-    found = minimize_scalar(lambda at: -gain(at)[0], bounds=ends, method="bounded", options={"xatol": 1e-9 * ends[1]})
-    return (float(found.x), -float(found.fun)) if -found.fun > gains[best] else (float(omega[best]), float(gains[best]))
+    peak = minimize_scalar(lambda at: -gain(at)[0], bounds=ends, method="bounded", options={"xatol": 1e-9 * ends[1]})
+    return (float(peak.x), -float(peak.fun)) if -peak.fun > gains[best] else (float(omega[best]), float(gains[best]))
 
 
 def _linear(space: StateSpace, omega: Array) -> tuple[Complex, Complex, Complex]:
@@ -230,13 +230,13 @@ def _measured(
     reached = Swing.blank(members.size, states=states.shape[1])
     reached.period[near], reached.final[near] = cycles.period[near], cycles.point[near]
     if not near.all():  # too far from the linear motion for Newton's method
-        part, own = members.take(~near), states[~near]
-        reached.put(~near, settled_swing(part, own, only_extent=True, progress=progress, **options))
-    found = np.full((2, members.size), np.nan + 0j)
+        group, starts = members.take(~near), states[~near]
+        reached.put(~near, settled_swing(group, starts, only_extent=True, progress=progress, **options))
+    amplitudes = np.full((2, members.size), np.nan + 0j)
     for period in np.unique(reached.period[(reached.outcome == Outcome.OK) & (reached.period > 0)]):
         rows = np.flatnonzero((reached.outcome == Outcome.OK) & (reached.period == period))
-        found[:, rows] = _fundamentals(members.take(rows), reached.final[rows], int(period), **options)
-    x, i = found.reshape(2, *shape) / signals[:, None]
+        amplitudes[:, rows] = _fundamentals(members.take(rows), reached.final[rows], int(period), **options)
+    x, i = amplitudes.reshape(2, *shape) / signals[:, None]
     return x, i, reached.outcome.reshape(shape)
 
 
@@ -246,6 +246,6 @@ def _fundamentals(members: Members, states: Array, period: int, **options: Any) 
     spacing = (run.times.shape[1] - 1) // run.path.shape[1]
     currents = members.along(members.system.source_currents, run.times[:, spacing::spacing], run.path)
     signals = run.path[..., 0], currents[0]
-    found = np.stack([harmonics_of(members, signal, SAMPLES)[:, 0] for signal in signals])
+    amplitudes = np.stack([harmonics_of(members, signal, SAMPLES)[:, 0] for signal in signals])
     largest = np.stack([np.abs(signal).max(axis=1) for signal in signals])
-    return np.where(np.abs(found) > SMALLEST_HARMONIC * largest, found, np.nan)
+    return np.where(np.abs(amplitudes) > SMALLEST_HARMONIC * largest, amplitudes, np.nan)

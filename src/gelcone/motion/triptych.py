@@ -91,32 +91,32 @@ def triptych(
     states, members = start_states(model, initial), model.members()
     flow: dict[str, Any] = {"tolerance": tolerance, "threads": threads}
     budgets: dict[str, Any] = {"transient": transient, "patience": patience, "budget": budget}
-    found = regime_cells(members, states, **budgets, **flow, progress=weighted(progress, 0.7))
-    section = found.variables["section"][1]
+    findings = regime_cells(members, states, **budgets, **flow, progress=weighted(progress, 0.7))
+    section = findings.variables["section"][1]
     late = np.where(np.isfinite(section[:, -1]), section[:, -1], states)
-    kinds = found.variables["regime"][1]
+    kinds = findings.variables["regime"][1]
     points = section_cells(members, late, repeats=SECTION_POINTS, discard=0, **flow, progress=weighted(progress, 0.2))
     open_ended = ~np.isin(kinds, (Regime.REST, Regime.PERIODIC))[:, None]
-    ran = (found.outcome == Outcome.OK)[:, None]
+    ran = (findings.outcome == Outcome.OK)[:, None]
     repeats = np.arange(SECTION_POINTS) < np.where(open_ended, SECTION_POINTS, section.shape[1])
     first, after = (_sampled(count, members.drive_period, members.rate) for count in (periods, late_periods))
     runs = integrate(members, states, first, **flow), integrate(members, late, after, **flow)
     advance(progress, 0.1)
     variables: dict[str, dataset.Variable] = {
-        name: variable for name, variable in found.variables.items() if name != "section"
+        name: variable for name, variable in findings.variables.items() if name != "section"
     }
-    for prefix, run, dim, there in (("", runs[0], "sample", True), ("late_", runs[1], "late_sample", ran)):
+    for prefix, run, dim, shown in (("", runs[0], "sample", True), ("late_", runs[1], "late_sample", ran)):
         for name, values, quantity in (
             ("time", run.times, "time"),
             ("displacement", run.states[..., 0], "length"),
             ("velocity", run.states[..., 1], "velocity"),
         ):
-            variables[prefix + name] = ((dim,), np.where(there, values, np.nan), _WORDS[prefix + name], quantity)
+            variables[prefix + name] = ((dim,), np.where(shown, values, np.nan), _WORDS[prefix + name], quantity)
     for name, quantity in (("displacement", "length"), ("velocity", "velocity")):
         values = np.where(ran & repeats, points.variables[name][1], np.nan)
         variables[f"section_{name}"] = (("repeat",), values, f"{name} once every forcing period", quantity)
     options = budgets | {"periods": periods, "late_periods": late_periods, "tolerance": tolerance}
-    result = dataset.label(model, variables, outcome=found.outcome, options=options, title="triptych")
+    result = dataset.label(model, variables, outcome=findings.outcome, options=options, title="triptych")
     return dataset.with_initial(result, model, states)
 
 

@@ -82,29 +82,29 @@ def outside(
 
 
 def _of_either(films: Sequence[Fails], x: Array) -> Fails:
-    found: dict[str, npt.NDArray[np.bool_]] = {}
+    either_fails: dict[str, npt.NDArray[np.bool_]] = {}
     for fails in films:
         for name, where in fails.items():
-            found[name] = np.broadcast_to(found.get(name, False) | where, x.shape)
-    return found
+            either_fails[name] = np.broadcast_to(either_fails.get(name, False) | where, x.shape)
+    return either_fails
 
 
 def broken_by_film(
     members: Members, motion: Array, voltages: Sequence[Array], states: Sequence[FilmState | None] = (None, None)
 ) -> list[dict[str, npt.NDArray[np.bool_]]]:
     """`broken` of each film alone; slack of a film that wrinkles follows from its state."""
-    found = []
+    by_film = []
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # at a stretch limit
-        known = list(states)
+        film_states = list(states)
         if any(state is None and film.kinds for film, state in zip(members.system.films, states, strict=False)):
-            known = list(members.film_states(motion, voltages))
-        every = violations(members, motion, voltages, known)
-        for film, state, excess in zip(members.system.films, known, every, strict=False):
+            film_states = list(members.film_states(motion, voltages))
+        every = violations(members, motion, voltages, film_states)
+        for film, state, excess in zip(members.system.films, film_states, every, strict=False):
             fails = {name: np.broadcast_to(values > 0.0, motion.shape[:-1]) for name, values in excess.items()}
             if film.kinds and state is not None:
                 fails |= {name: np.isin(state.kind, places) for name, places in slack_places(film).items()}
-            found.append(fails)
-    return found
+            by_film.append(fails)
+    return by_film
 
 
 def slack_places(film: PlacedFilm | Film) -> dict[str, list[int]]:
@@ -118,22 +118,22 @@ def violations(
     """Functions (members, samples), by name, for each film that are positive where an assumption fails and continuous
     along a motion. Unknown assumptions are left out; a film that wrinkles is never compressed."""
     n, strength = members.numbers(trailing=1), members.values.get("dielectric_strength")
-    z, found = list(np.moveaxis(motion, -1, 0)), []
+    z, by_film = list(np.moveaxis(motion, -1, 0)), []
     for k, (film, voltage, state) in enumerate(zip(members.system.films, voltages, states, strict=False)):
         x, y = z[0], members.system.states_of(z, "film", k)
         if state is None and (strength is not None or not film.kinds):
             state = film.state(x, voltage, y, n)
-        own = {"near_limit": film.limit_share(x, voltage, y, n, state) - NEAR_LIMIT}
-        own |= dict.fromkeys(SLACK_IN if film.kinds else (), -1.0)
+        excesses = {"near_limit": film.limit_share(x, voltage, y, n, state) - NEAR_LIMIT}
+        excesses |= dict.fromkeys(SLACK_IN if film.kinds else (), -1.0)
         if state is not None and not film.kinds:
             stresses = {"hoop_slack": state.hoop_stress, "meridional_slack": state.meridional_stress}
-            own |= {name: -stress for name, stress in stresses.items() if not np.isnan(stress).all()}
+            excesses |= {name: -stress for name, stress in stresses.items() if not np.isnan(stress).all()}
         if state is not None and strength is not None:
-            own["breakdown"] = state.true_field - np.asarray(strength)[:, None]
+            excesses["breakdown"] = state.true_field - np.asarray(strength)[:, None]
         if (over := over_pull_in(film, members.values, np.asarray(x), np.broadcast_to(voltage, x.shape))) is not None:
-            own["beyond_membrane"] = over
-        found.append({name: np.broadcast_to(values, x.shape) for name, values in own.items()})
-    return found
+            excesses["beyond_membrane"] = over
+        by_film.append({name: np.broadcast_to(values, x.shape) for name, values in excesses.items()})
+    return by_film
 
 
 def untrue_by(name: str) -> str:
@@ -148,19 +148,21 @@ def lasting(members: Members, times: Array, states: Array) -> tuple[dict[str, Ar
 
     def excess(some: Members, at: Array, z: Array) -> dict[str, Array]:
         """`violations`, of two films the larger."""
-        found: dict[str, Array] = {}
+        excesses: dict[str, Array] = {}
         with np.errstate(all="ignore"):
-            for own in violations(some, z, some.voltages(at, z)):
-                found |= {name: np.fmax(found.get(name, -np.inf), values) for name, values in own.items()}
-        return found
+            for film_excesses in violations(some, z, some.voltages(at, z)):
+                excesses |= {
+                    name: np.fmax(excesses.get(name, -np.inf), values) for name, values in film_excesses.items()
+                }
+        return excesses
 
     ran = ~np.isnan(states[..., 0])
     spans = np.where(ran[:, :-1] & ran[:, 1:], np.diff(times, axis=1), 0.0)
     known = {name: np.where(ran, values, np.nan) for name, values in excess(members, times, states).items()}
 
     def functions(some: Members, at: Array, z: Array) -> Array:
-        found = excess(some, at, z)
-        return np.stack([found.get(name, np.full(at.shape, -np.inf)) for name in known])
+        excesses = excess(some, at, z)
+        return np.stack([excesses.get(name, np.full(at.shape, -np.inf)) for name in known])
 
     lasted, error = dwell_times(Path(members, times, states), functions, np.stack([*known.values()]))
     return dict(zip(known, np.where(spans > 0.0, lasted, 0.0), strict=True)), spans, error.max(axis=0)
@@ -171,8 +173,8 @@ def shares_of(lasted: Mapping[str, Array], spans: Array, error: Array) -> tuple[
     nothing ran; from those of `lasting`."""
     whole, unknown_share = spans.sum(axis=1), np.full(len(spans), np.nan)
     with np.errstate(invalid="ignore", divide="ignore"):
-        found = {name: times.sum(axis=1) / whole for name, times in lasted.items()}
-        return [found.get(name, unknown_share) for name in SHARES], np.asarray(error / whole)
+        shares = {name: times.sum(axis=1) / whole for name, times in lasted.items()}
+        return [shares.get(name, unknown_share) for name in SHARES], np.asarray(error / whole)
 
 
 def validity(
@@ -210,14 +212,16 @@ def _spread_of_parts(members: Members, times: Array, states: Array, lasted: list
     length = spans.shape[1] // BLOCKS
     if any(film.kinds for film in members.system.films):
         with np.errstate(all="ignore"):
-            known = members.film_states(states, members.voltages(times, states))
-        for film, state in zip(members.system.films, known, strict=True):
+            film_states = members.film_states(states, members.voltages(times, states))
+        for film, state in zip(members.system.films, film_states, strict=True):
             lasted += [np.where(state.kind[:, 1:] == k, spans, 0.0) for k in range(len(film.kinds))]
     error = np.zeros(len(times))
-    for own in lasted if length else ():
-        parts, of = (a[:, : length * BLOCKS].reshape(len(a), BLOCKS, length).sum(axis=2) for a in (own, spans))
-        part = np.divide(parts, of, out=np.zeros_like(of), where=of > 0.0)
-        error = np.maximum(error, part.std(axis=1, ddof=1) / np.sqrt(BLOCKS))
+    for durations in lasted if length else ():
+        parts, part_spans = (
+            a[:, : length * BLOCKS].reshape(len(a), BLOCKS, length).sum(axis=2) for a in (durations, spans)
+        )
+        share = np.divide(parts, part_spans, out=np.zeros_like(part_spans), where=part_spans > 0.0)
+        error = np.maximum(error, share.std(axis=1, ddof=1) / np.sqrt(BLOCKS))
     return error
 
 
@@ -246,8 +250,8 @@ def validity_variables(
     every = np.moveaxis(found, -1, 0)
     columns = dict(zip((*SHARES, "error"), every, strict=False))
     ran_on = np.where(np.isnan(columns["error"]), np.nan, 0.0)
-    own = every[len(SHARES) + 1 :].reshape(2, MOST_KINDS, *found.shape[:-1])
-    for film, rows in zip(system.films, own, strict=False):
+    kind_shares = every[len(SHARES) + 1 :].reshape(2, MOST_KINDS, *found.shape[:-1])
+    for film, rows in zip(system.films, kind_shares, strict=False):
         if FAILED in film.kinds:
             ran_on = np.fmax(ran_on, rows[film.kinds.index(FAILED)])
     columns["pulled_in"] = np.where(np.asarray(outcome) == Outcome.PULLED_IN, 1.0, ran_on)
@@ -256,7 +260,7 @@ def validity_variables(
     labelled: dict[str, Variable] = {
         f"validity_{name}": (dims, columns[name], meaning, "share") for name, meaning in names.items()
     }
-    for film, rows in zip(system.films, own, strict=False):
+    for film, rows in zip(system.films, kind_shares, strict=False):
         for kind, row in zip(film.kinds, rows, strict=False):
             meaning = f"share of the {of} with {film.words} {kind.replace('_', ' ')}"
             labelled[f"{film.prefix}film_state_{kind}"] = (dims, row, meaning, "share")

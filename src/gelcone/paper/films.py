@@ -52,8 +52,8 @@ def film_of_model(film: str) -> Mapping[str, Any]:
 
 def creeping_in_words() -> str:
     """The film ``creeping`` in words: the source of its numbers, and their dimensionless values."""
-    own = film_of_model(CREEPING)
-    resistance, modulus, time = (own[name] for name in TAKEN)
+    numbers = film_of_model(CREEPING)
+    resistance, modulus, time = (numbers[name] for name in TAKEN)
     return (
         f"A cone that wrinkles and creeps behind a series resistance of {SERIES_RESISTANCE} (rho = {resistance:.3g} by "
         f"the scales of the device paper-table1). One Maxwell branch with the linear flow rule, g = {modulus:.4g} and "

@@ -187,8 +187,8 @@ def first_chaos(diagram: xr.Dataset, parameter: str, *, falling: bool = False) -
     low, high = sorted((float(values[edge]), float(values[neighbour])))
     if abs(neighbour - edge) == 1:
         columns = (diagram[f"threshold_{name}"].values for name in ("branch", "low", "high"))
-        own = str(branch["branch"].values)
-        bisected = ((float(a), float(b)) for name, a, b in zip(*columns, strict=True) if name == own)
+        branch_name = str(branch["branch"].values)
+        bisected = ((float(a), float(b)) for name, a, b in zip(*columns, strict=True) if name == branch_name)
         low, high = next(((a, b) for a, b in bisected if a < high and low < b), (low, high))
     which = "largest" if falling else "smallest"
     seen = low if falling else high

@@ -123,12 +123,14 @@ def run(
     folder = Path(out) if out is not None else FOLDERS[effort.name]
     shown = {*asked.figures, *(paper.claims[name].figure for name in asked.claims)}
     figures = [figure for number, figure in paper.figures.items() if number in shown]
-    wanted = _wanted(figures, [paper.claims[name] for name in asked.claims], effort, others, paper)
-    needed = {_key(name, own) for name, own in wanted}
+    asked_studies = _wanted(figures, [paper.claims[name] for name in asked.claims], effort, others, paper)
+    needed = {_key(name, variant) for name, variant in asked_studies}
     _check_folder(folder, figures, needed)
-    ready = {key: study for own in (effort, *others) for key, study in _ready(folder, own, paper).items()}
+    ready = {key: study for variant in (effort, *others) for key, study in _ready(folder, variant, paper).items()}
     studies = {key: study for key, study in ready.items() if not (force and key in needed)}
-    jobs_of = {_key(name, own): _computing(paper.studies[name], own, folder, paper) for name, own in wanted}
+    jobs_of = {
+        _key(name, variant): _computing(paper.studies[name], variant, folder, paper) for name, variant in asked_studies
+    }
     missing = {key: job for key, job in jobs_of.items() if key not in studies}
     jobs = [*missing.values(), *(_drawing(figure, studies, folder) for figure in figures)]
     with closing(do(jobs, workers, progress)) as done:
@@ -141,8 +143,10 @@ def _wanted(
     figures: Sequence[PaperFigure], claims: Sequence[Claim], effort: Effort, others: Sequence[Effort], paper: Paper
 ) -> list[tuple[str, Effort]]:
     """The studies behind figures and claims with the effort (and film) of each, in the order of the paper."""
-    own = {name for studies in (*(f.studies for f in figures), *(c.studies for c in claims)) for name in studies}
-    names_of = [(effort, own)]
+    study_names = {
+        name for studies in (*(f.studies for f in figures), *(c.studies for c in claims)) for name in studies
+    }
+    names_of = [(effort, study_names)]
     for other in others:
         judged = [claim for claim in claims if _judged_with(claim, other.film, paper)]
         names_of.append((other, {name for claim in judged for name in claim.studies}))
@@ -332,9 +336,9 @@ def _finish(
     earlier = (_drawn(figure, folder) for number, figure in paper.figures.items() if number not in drawn)
     every = drawn | {other.figure.number: other for other in earlier if _is_current(other, studies)}
     shown = [every[number] for number in paper.figures if number in every]
-    figures = [replace(own, table=own.figure.table(studies)) if own.figure.table else own for own in shown]
-    there = [claim for claim in paper.claims.values() if all(name in studies for name in claim.studies)]
-    claims = [_judged(claim, studies, effort, paper) for claim in there]
+    figures = [replace(plot, table=plot.figure.table(studies)) if plot.figure.table else plot for plot in shown]
+    judgeable = [claim for claim in paper.claims.values() if all(name in studies for name in claim.studies)]
+    claims = [_judged(claim, studies, effort, paper) for claim in judgeable]
     record = {
         "effort": effort.name,
         "version": __version__,
@@ -348,8 +352,8 @@ def _finish(
     }
     write_together({path: writer_of(text + "\n") for path, text in texts.items()}, force=True)
     answered = (j for j in claims if j.claim.name in asked.claims or j.claim.figure in asked.figures)
-    mine = tuple(figure for figure in figures if figure.figure.number in drawn)
-    return PaperRun(mine, tuple(answered), folder / "report.html", effort.name)
+    new_figures = tuple(figure for figure in figures if figure.figure.number in drawn)
+    return PaperRun(new_figures, tuple(answered), folder / "report.html", effort.name)
 
 
 def _judged(claim: Claim, studies: Mapping[str, xr.Dataset], effort: Effort, paper: Paper) -> JudgedClaim:
@@ -364,7 +368,7 @@ def _judged(claim: Claim, studies: Mapping[str, xr.Dataset], effort: Effort, pap
 
 def _with_film(claim: Claim, film: str, theirs: Mapping[str, xr.Dataset]) -> WithFilm:
     """The claim judged with another film, on its studies with that film."""
-    found = claim.check(theirs)
+    finding = claim.check(theirs)
     ended = [(study["outcome"] == Outcome.PULLED_IN).values.ravel() for study in theirs.values() if "outcome" in study]
     pulled_in = share(np.concatenate(ended) if ended else [], sample=False)
-    return WithFilm(film, found, judge(found), pulled_in)
+    return WithFilm(film, finding, judge(finding), pulled_in)

@@ -91,9 +91,9 @@ def _grown(sample: Sample, effort: Effort, observe: Observe) -> xr.Dataset:
         if sample.inner:
             values = {name: drawn[:, None] for name, drawn in values.items()}
         model = preset.model.replace(**sample.changes, **values, **sample.inner)
-        found = over_points(observe(model, preset.initial, effort))
+        points = over_points(observe(model, preset.initial, effort))
         at = {f"drawn_{name}": ("point", np.ravel(drawn)) for name, drawn in values.items()}
-        seen.append(found.assign_coords(at).assign_attrs(window=effort.window))
+        seen.append(points.assign_coords(at).assign_attrs(window=effort.window))
         whole = xr.concat(seen, "point", join="exact", combine_attrs="override")
         if count >= most or sample.answered(whole):
             return whole

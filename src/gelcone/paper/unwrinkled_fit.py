@@ -120,14 +120,14 @@ def _charged(film: Film, start: Point, free: float) -> tuple[list[_State], float
     first, ratio, steepest = 0.0, 1.0, 1.0
     while step > 0.01 * max(squared, 0.04 * free) and squared < free * (1.0 - 1e-9):
         step = min(step, free - squared)
-        found = reach(film, point, "squared", squared + step)[0]
-        rate = 0.0 if found is None else (point.force - found.force) / step
+        next_point = reach(film, point, "squared", squared + step)[0]
+        rate = 0.0 if next_point is None else (point.force - next_point.force) / step
         if rate <= 0.0 or (steepest > STEEP and rate < 0.25 * first):
             step *= 0.5
             continue
         first = first or rate
         ratio, steepest = rate / first, max(steepest, rate / first)
-        squared, point = squared + step, found or point
+        squared, point = squared + step, next_point or point
         states.append(_state(film, point, slack=ratio < 0.5 and point.force < 0.3 * start.force))
     return states, squared if ratio >= 0.5 or steepest > STEEP else free
 
@@ -142,7 +142,7 @@ def _compressed(film: Film, squared: float) -> list[_State]:
     while point is not None and point.forces.most < 0.0:
         states.append(_state(film, point, slack=True))
         nexts = (reach(film, point, "height", point.height + step)[0] for step in (0.04, 0.02, 0.01))
-        point = next((found for found in nexts if found is not None and found.forces.most < 0.0), None)
+        point = next((candidate for candidate in nexts if candidate is not None and candidate.forces.most < 0.0), None)
     return states
 
 
@@ -176,20 +176,20 @@ def _fitted(film: Film, free: float, states: list[_State], ends: list[tuple[floa
     base = flat_stiffness + squared * (1.0 - flat_gain)
     # zero at t = -1: an error there would open spurious instability tongues
     rise = 1.0 + _powers(variable, s, 2)[:, 1:]
-    parts = {name: _powers(variable, s, DEGREES[name]) * own[:, None] * rise for name, own in factors.items()}
+    parts = {name: _powers(variable, s, DEGREES[name]) * factor[:, None] * rise for name, factor in factors.items()}
     smooth = np.concatenate(list(parts.values()), axis=1)
 
     def fit(wall: float) -> tuple[Array, Array]:
         columns = np.column_stack([smooth, s / (wall - s)])
-        found = _least_squares(columns, stiffness + squared - base, weights)
-        return found, columns @ found + base - stiffness - squared
+        coefficients = _least_squares(columns, stiffness + squared - base, weights)
+        return coefficients, columns @ coefficients + base - stiffness - squared
 
     # without a stretch limit, the pole represents a law that stiffens
     highest = min(1.2 * highest_span(film) ** 2, FARTHEST_WALL * farthest)
     walls = np.geomspace(1.01 * farthest, max(highest, 1.1 * farthest), WALLS)
     wall = float(min(walls, key=lambda w: float(np.sum((fit(w)[1] * weights) ** 2))))
-    found, error = fit(wall)
-    pieces = np.split(found, np.cumsum([DEGREES[name] for name in parts]))
+    coefficients, error = fit(wall)
+    pieces = np.split(coefficients, np.cumsum([DEGREES[name] for name in parts]))
     strength = float(pieces[-1][0])
     numbers = {
         name: np.asarray(np.polynomial.polynomial.polymul(values, (1.0, 1.0)))

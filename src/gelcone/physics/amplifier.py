@@ -100,33 +100,33 @@ class Amplifier(Circuit):
 
     @property
     def parameters(self) -> Mapping[str, Quantity]:
-        own = {name: ELECTRICS[name] for name in self.takes}
+        parameters = {name: ELECTRICS[name] for name in self.takes}
         if self.reduced:
-            own["series_resistance"] = replace(own["series_resistance"], default=0.3 * REDUCED_RESISTANCE)
-        return own
+            parameters["series_resistance"] = replace(parameters["series_resistance"], default=0.3 * REDUCED_RESISTANCE)
+        return parameters
 
     def complete(self, given: Mapping[str, Any]) -> dict[str, Any]:
         """Check the parameters and fill in their defaults; the delayed share of the permittivity is below 1."""
-        own = super().complete(given)
-        if self.delays and np.any(np.asarray(own["dielectric_share"]) >= 1.0):
-            raise InputError(f"dielectric_share = {np.max(own['dielectric_share']):g}: must be below 1; lower it")
-        if self.reduced and np.any(np.asarray(own["series_resistance"]) >= REDUCED_RESISTANCE):
+        full = super().complete(given)
+        if self.delays and np.any(np.asarray(full["dielectric_share"]) >= 1.0):
+            raise InputError(f"dielectric_share = {np.max(full['dielectric_share']):g}: must be below 1; lower it")
+        if self.reduced and np.any(np.asarray(full["series_resistance"]) >= REDUCED_RESISTANCE):
             raise InputError(
-                f"series_resistance = {np.max(own['series_resistance']):g} (times C0 Omega0): without a state it must "
+                f"series_resistance = {np.max(full['series_resistance']):g} (times C0 Omega0): without a state it must "
                 f"be below {REDUCED_RESISTANCE:g}; leave it out of reduced"
             )
-        return own
+        return full
 
     @cached_property
     def states(self) -> tuple[State, ...]:  # type: ignore[override]
         """The voltage of the amplifier, the delayed charge and the voltage on the film, where each is a state."""
-        own = {
+        states = {
             "filter_time": State("amplifier_voltage", "voltage of the amplifier", "voltage"),
             "dielectric_time": State("slow_charge", "charge that follows late, over its share", "charge"),
             "series_resistance": State("film_voltage", "voltage on the film", "voltage"),
         }
         without = {"series_resistance"} if self.reduced else set()
-        return tuple(state for name, state in own.items() if name in self.takes and name not in without)
+        return tuple(state for name, state in states.items() if name in self.takes and name not in without)
 
     @property
     def _limits(self) -> dict[str, tuple[str, str]]:
@@ -136,14 +136,14 @@ class Amplifier(Circuit):
         }
 
     def numbers(self, parameters: Numbers) -> dict[str, Any]:
-        own = super().numbers(parameters)
+        numbers = super().numbers(parameters)
         switches = [name for pair in self._limits.values() for name in pair]
-        return own | {name: np.ones(np.shape(own[name.rpartition("_")[0]])) for name in switches}
+        return numbers | {name: np.ones(np.shape(numbers[name.rpartition("_")[0]])) for name in switches}
 
     def time_constant(self, n: Numbers) -> Any:
         of_states = SLOW if not self.reduced else SLOW[:1]
-        own = [np.asarray(n[name], dtype=float) for name in of_states if name in self.takes]
-        return reduce(np.maximum, own, np.asarray(0.0))
+        time_constants = [np.asarray(n[name], dtype=float) for name in of_states if name in self.takes]
+        return reduce(np.maximum, time_constants, np.asarray(0.0))
 
     def gain(self, frequency: Any, n: Numbers) -> Any:
         """Complex ratio of the flat film's voltage to the commanded one, for small voltages."""
@@ -193,14 +193,14 @@ class Amplifier(Circuit):
         return source - n["series_resistance"] * (port.charge_rate(source, rate) + leak)
 
     def rates(self, port: Port, y: list[Any], n: Numbers, xp: Any = np) -> list[Any]:
-        found = []
+        rates = []
         if "filter_time" in self.takes:
-            found.append(self._limited("slew_rate", port, y, n))
+            rates.append(self._limited("slew_rate", port, y, n))
         if self.delays:
-            found.append(self._following(port, y, n, xp))
+            rates.append(self._following(port, y, n, xp))
         if self.carries_voltage:
-            found.append(port.voltage_rate(y[-1], self.charging(port, y, n, xp)))
-        return found
+            rates.append(port.voltage_rate(y[-1], self.charging(port, y, n, xp)))
+        return rates
 
     # --- a permittivity that follows with a delay --------------------------------------------------------------------
 
@@ -270,12 +270,12 @@ class Amplifier(Circuit):
         rate = 1.0 / n["leakage_time"]
         if "leakage_field" not in self.takes:
             return [rate * (area * v) for area in port.capacitances(v)]
-        found = []
+        leaks = []
         for area in port.capacitances(v):
             root = xp.sqrt(area)
             share = root * v / n["leakage_field"]
-            found.append((rate * n["leakage_field"]) * (root * (0.5 * (xp.exp(share) - xp.exp(-share)))))
-        return found
+            leaks.append((rate * n["leakage_field"]) * (root * (0.5 * (xp.exp(share) - xp.exp(-share)))))
+        return leaks
 
     # --- limits ------------------------------------------------------------------------------------------------------
 
@@ -299,8 +299,8 @@ class Amplifier(Circuit):
 
     @property
     def losses(self) -> tuple[str, ...]:
-        own = {"resistor": "series_resistance", "leak": "leakage_time", "dielectric": "dielectric_time"}
-        return tuple(loss for loss, name in own.items() if name in self.takes)
+        parameters = {"resistor": "series_resistance", "leak": "leakage_time", "dielectric": "dielectric_time"}
+        return tuple(loss for loss, name in parameters.items() if name in self.takes)
 
     @property
     def held(self) -> Circuit:
@@ -323,16 +323,16 @@ def with_electrics(
 ) -> tuple[Any, dict[str, Any]]:
     """Return the ideal source, or the amplifier with the `ELECTRICS` among the ``parameters`` of a model, and the
     parameters without absent ones; any other circuit stays unchanged. ``reduced``: see `Amplifier`; None: as given."""
-    own: Mapping[str, Any] = {"component": given} if isinstance(given, str) else given
-    if not isinstance(own, Mapping):
-        own = {"component": given.name, **vars(given)}
-    named = own.get("component")
+    record: Mapping[str, Any] = {"component": given} if isinstance(given, str) else given
+    if not isinstance(record, Mapping):
+        record = {"component": given.name, **vars(given)}
+    named = record.get("component")
     if named not in ("ideal", "amplifier") or not isinstance(given, str | Mapping | IdealSource | Amplifier):
         if reduced:
             raise InputError(f"reduced: the circuit {named!r} has no series_resistance; leave it out")
         return given, dict(parameters)
-    reduced = own.get("reduced", False) if reduced is None else reduced
-    taken = own.get("takes", ())
+    reduced = record.get("reduced", False) if reduced is None else reduced
+    taken = record.get("takes", ())
     stated = {name for name in ELECTRICS if parameters.get(name) is not None}
     absent = {name for name in stated if _absent(name, parameters[name])}
     takes = tuple(name for name in {**dict.fromkeys(taken), **dict.fromkeys(stated)} if name not in absent)

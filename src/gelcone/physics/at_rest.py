@@ -52,13 +52,13 @@ class SystemAtRest(Structure):
 
     def leaking_at_rest(self, x: Any, voltages: Sequence[Any], n: Numbers) -> list[Any]:
         """Power that leaks through each film at displacements at rest and constant voltages on the films."""
-        found: dict[int, Any] = {}
+        powers: dict[int, Any] = {}
         for line in self.lines:
             voltage = voltages[line.films[0]]
             port = Port(voltage, x, 0.0, lambda: 0.0, tuple((self.films[k], []) for k in line.films), n, np)
             leaks = line.circuit.held.leaks(port, [], n)
-            found |= {k: voltage * leak for k, leak in zip(line.films, leaks, strict=True)}
-        return [found[k] for k in range(len(self.films))]
+            powers |= {k: voltage * leak for k, leak in zip(line.films, leaks, strict=True)}
+        return [powers[k] for k in range(len(self.films))]
 
     def command_at_rest(self, line: Line, command: Any, n: Numbers) -> Any:
         """The constant command of a line under one of the first that is not negative: it stands for both signs, as the
@@ -77,10 +77,10 @@ class SystemAtRest(Structure):
 
     def pulled_in(self, x: Any, squared: Any, n: Numbers) -> Any:
         """Mask of the x at which a film has pulled in, at a constant squared voltage on the first."""
-        found = False
-        for film, own in zip(self.films, self.squares_at_rest(squared, n), strict=True):
-            found = found | (own > film.highest_squared(x, n))
-        return found
+        pulled_in = False
+        for film, square in zip(self.films, self.squares_at_rest(squared, n), strict=True):
+            pulled_in = pulled_in | (square > film.highest_squared(x, n))
+        return pulled_in
 
     def strain(self, x: Any, n: Numbers) -> Any:
         """The film's measure of strain; of several films the largest share of their limits, or the largest measure if
@@ -95,8 +95,8 @@ class SystemAtRest(Structure):
 
     def overstretched(self, z: Sequence[Any], n: Numbers) -> Any:
         """Whether the states of a film exceed their limit."""
-        found = [film.overstretched(z[0], self.states_of(z, "film", k), n) for k, film in enumerate(self.films)]
-        return reduce(np.logical_or, found)
+        overstretched = [film.overstretched(z[0], self.states_of(z, "film", k), n) for k, film in enumerate(self.films)]
+        return reduce(np.logical_or, overstretched)
 
     def strain_limit(self, n: Numbers) -> Any:
         """The limit that `strain` cannot reach."""

@@ -228,7 +228,7 @@ class StaticBalance:
     def equilibria(self, squared: Array) -> list[list[Equilibrium]]:
         """All equilibria at each v^2, (levels,), in the order of x. An equilibrium on a fold counts once, as
         unstable."""
-        found: list[dict[float, bool]] = [{} for _ in squared]
+        equilibria: list[dict[float, bool]] = [{} for _ in squared]
         for side in (-1, 1):
             segments = self.segments[side]
             for segment in segments:
@@ -237,18 +237,18 @@ class StaticBalance:
                 stable = at.size > 0 and _rises(self, segment)
                 whole = squared[at] < self.highest_at(x[at])
                 for i in at[whole]:
-                    found[i][float(x[i])] = stable
+                    equilibria[i][float(x[i])] = stable
             for _, fold in segments[:-1]:
                 for i in np.flatnonzero(same_squared(float(self.squared(fold)), squared)):
-                    found[i][fold] = False
+                    equilibria[i][fold] = False
         if self.flat:
             pitchfork, beside = float(self.squared(0.0)), 0.5 * float(sum(self.segments[1][0]))
             # the force, and not the slope of w, which is 0 where the film is slack at w
             pull = self.force(np.full(squared.shape, beside), squared)
             held = np.where(same_squared(pitchfork, squared), pull, pitchfork - squared) > 0.0
             for i in np.flatnonzero(squared < self.highest_squared):
-                found[i][0.0] = bool(held[i])
-        return [_with_slopes(self, level, at) for level, at in zip(squared, found, strict=True)]
+                equilibria[i][0.0] = bool(held[i])
+        return [_with_slopes(self, level, at) for level, at in zip(squared, equilibria, strict=True)]
 
     def losses(self, rest: float) -> list[Loss]:
         """The losses of stability on a ramp from ``rest``, in their order. The last has an infinite voltage and one of
@@ -265,8 +265,8 @@ class StaticBalance:
 
     def jump(self, rest: float) -> Loss:
         """The first loss of stability at which the displacement jumps or the film ends."""
-        found = self.losses(rest)
-        return next(loss for loss in found if loss.kind != PullIn.PITCHFORK or loss.after != loss.before)
+        losses = self.losses(rest)
+        return next(loss for loss in losses if loss.kind != PullIn.PITCHFORK or loss.after != loss.before)
 
     def along_ramp(self, rest: float, squared: Array) -> tuple[Array, npt.NDArray[np.int64]]:
         """The displacement, and the number of losses of stability passed, at each v^2, (levels,) each."""
@@ -295,11 +295,11 @@ class StaticBalance:
     def curves(self, highest: float) -> list[Array]:
         """Displacement, voltage and slope, (3, points), along each curve of equilibria up to a voltage; folds and
         pitchforks are points of the curves."""
-        found = []
+        curves = []
         for segment in self.segments[-1] + self.segments[1]:
-            begin, end = (_traced_end(self, segment, k, highest) for k in (0, 1))
-            if begin is not None and end is not None:
-                found.append(_piece(self, segment, _closer_to_ends(begin, end)))
+            start, end = (_traced_end(self, segment, k, highest) for k in (0, 1))
+            if start is not None and end is not None:
+                curves.append(_piece(self, segment, _closer_to_ends(start, end)))
         if self.flat:
             pitchfork = float(self.squared(0.0))
             lost = math.sqrt(min(max(pitchfork, 0.0), self.highest_squared))
@@ -307,8 +307,8 @@ class StaticBalance:
             voltage = np.unique([*np.linspace(0.0, end, FLAT_SAMPLES), min(lost, end)])
             away = self.balancing(0.0) - self.films(0.0, voltage**2)[0]
             slope = np.where((voltage == lost) & (pitchfork >= 0.0), 0.0, away)
-            found.append(np.stack([0.0 * voltage, voltage, slope]))
-        return found
+            curves.append(np.stack([0.0 * voltage, voltage, slope]))
+        return curves
 
     def excess(self, x: Any) -> Any:
         """w(x) over the pull-in V, less 1: positive where there is no equilibrium."""
@@ -438,17 +438,17 @@ def _ramp(balance: StaticBalance, rest: float) -> list[_Leg]:
         top = float(balance.squared(segment[1]))
         if not _rises(balance, segment) or top <= low:
             continue
-        found = root_on_segment(balance, low, segment)
-        begin = segment[0] if found is None else found
+        root = root_on_segment(balance, low, segment)
+        start = segment[0] if root is None else root
         end = PullIn.FOLD if not outermost else far_end(balance.wall, float(balance.squared(0.5 * segment[1])), top)
         high = math.inf if end == PullIn.NEVER else top
-        lost = _film_lost(balance, segment, begin)
+        lost = _film_lost(balance, segment, start)
         if lost is not None:
             # w may be infinitely steep where the film pulls in, so that the voltage is that of the film
-            squared = balance.squared if lost in (begin, segment[1]) else balance.highest_at
-            legs.append(_Leg(low, float(squared(lost)), begin, (segment[0], lost), PullIn.FILM))
+            squared = balance.squared if lost in (start, segment[1]) else balance.highest_at
+            legs.append(_Leg(low, float(squared(lost)), start, (segment[0], lost), PullIn.FILM))
             break
-        legs.append(_Leg(low, high, begin, segment, end))
+        legs.append(_Leg(low, high, start, segment, end))
         low = top
     return legs
 

@@ -75,7 +75,7 @@ class Bias(Component):
         )
         check_numbers(self, "force", called(self, "force", PLACES, [], n))
         held = [start[0] for start in y]
-        check_slope(self, lambda x, own, xp: self.force(x, own, n, xp), held, bool(self.odd(n)))
+        check_slope(self, lambda x, states, xp: self.force(x, states, n, xp), held, bool(self.odd(n)))
         check_rates(self, len(self.states), lambda z, xp: self.rates(z[0], z[1], z[2:], n, xp))
 
     def rates(self, x: Any, velocity: Any, y: list[Any], n: Numbers, xp: Any = np) -> list[Any]:
@@ -310,18 +310,18 @@ class Together(Bias):
 
     def _own(self, y: list[Any]) -> list[tuple[Bias, list[Any]]]:
         """Each part with its states; none in statics."""
-        taken, found = 0, []
+        taken, pairs = 0, []
         for part in self.parts:
             count = len(part.states) if y else 0
-            found.append((part, y[taken : taken + count]))
+            pairs.append((part, y[taken : taken + count]))
             taken += count
-        return found
+        return pairs
 
     def force(self, x: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
-        return summed([part.force(x, own, n, xp) for part, own in self._own(y)])
+        return summed([part.force(x, states, n, xp) for part, states in self._own(y)])
 
     def rates(self, x: Any, velocity: Any, y: list[Any], n: Numbers, xp: Any = np) -> list[Any]:
-        return [rate for part, own in self._own(y) for rate in part.rates(x, velocity, own, n, xp)]
+        return [rate for part, states in self._own(y) for rate in part.rates(x, velocity, states, n, xp)]
 
     def starts(self, x: Any, n: Numbers) -> list[Any]:
         return [start for part in self.parts for start in part.starts(x, n)]

@@ -113,18 +113,18 @@ class Port:
 
     def _moving(self, voltage: Any) -> list[Any]:
         """Rates of displacement and films' states at a voltage."""
-        found = [self.velocity]
+        rates = [self.velocity]
         for film, y in self.films:
-            found += film.rates(self.displacement, self.velocity, voltage * voltage, y, self.n, self.xp)
-        return found
+            rates += film.rates(self.displacement, self.velocity, voltage * voltage, y, self.n, self.xp)
+        return rates
 
     def charge_rate(self, voltage: Any, rate: Any) -> Any:
         """Rate of the charge at a voltage with a ``rate`` while the disc moves. The capacitance must not depend on the
         voltage, nor the voltage on the disc or the films' states."""
-        found = self.capacitance(voltage) * rate
+        charge_rate = self.capacitance(voltage) * rate
         for slope, change in zip(self._slopes(voltage, False), self._moving(voltage), strict=True):
-            found = found + slope * change
-        return found
+            charge_rate = charge_rate + slope * change
+        return charge_rate
 
     def slope(self, voltage: Any) -> Any:
         """Derivative of the films' charge by the voltage, which must be a state; it has a pole where the minimum of a
@@ -136,16 +136,16 @@ class Port:
         at = [voltage, self.displacement, *(value for _, y in self.films for value in y)]
 
         def charge(at: list[Any], xp: Any) -> list[Any]:
-            left, films = iter(at[2:]), []
+            states, films = iter(at[2:]), []
             for film, y in self.films:
-                films.append((film, [next(left) for _ in y]))
+                films.append((film, [next(states) for _ in y]))
             port = replace(self, displacement=at[1], films=tuple(films), xp=xp)
             return [port.charge(at[0])]
 
         if not traced(self.xp):
             return gradients(charge, at)[0][0 if by_voltage else 1 :]
-        (found,) = charge(at, self.xp)
-        return [derivatives([self.xp.node(found)], leaf)[0] for leaf in at[0 if by_voltage else 1 :]]
+        (total_charge,) = charge(at, self.xp)
+        return [derivatives([self.xp.node(total_charge)], leaf)[0] for leaf in at[0 if by_voltage else 1 :]]
 
 
 class Circuit(Component):
@@ -233,11 +233,11 @@ class Circuit(Component):
 
     def switches(self, port: Port, y: list[Any], n: Numbers) -> dict[str, Any]:
         """The switches of its borders at the start of a motion, 1 or -1. Default: the sign of each border's value."""
-        found: dict[str, Any] = {}
+        switches: dict[str, Any] = {}
         for border in self.borders:
-            one = {**n, str(border.switch): 1.0}
-            found[str(border.switch)] = np.where(np.asarray(border.value(port, y, one, np)) < 0.0, -1.0, 1.0)
-        return found
+            numbers = {**n, str(border.switch): 1.0}
+            switches[str(border.switch)] = np.where(np.asarray(border.value(port, y, numbers, np)) < 0.0, -1.0, 1.0)
+        return switches
 
     def gain(self, frequency: Any, n: Numbers) -> Any:
         """Complex ratio of the film's voltage to the commanded one at an angular frequency (0: a constant voltage)."""

@@ -51,8 +51,8 @@ def command_at(system: ConeSystem, line: Line, x: Any, voltage: Any, n: Numbers)
 
 def _commands(system: ConeSystem, line: Line, n: Numbers) -> Callable[[Any, Any], Any]:
     """The command of a line whose films do not rest at it, over displacement and voltage."""
-    own, films = line.own(n), tuple((system.films[k], list[Any]()) for k in line.films)
-    return lambda x, voltage: line.circuit.commanded(Port(voltage, x, 0.0, lambda: 0.0, films, n, np), voltage, own)
+    numbers, films = line.own(n), tuple((system.films[k], list[Any]()) for k in line.films)
+    return lambda x, voltage: line.circuit.commanded(Port(voltage, x, 0.0, lambda: 0.0, films, n, np), voltage, numbers)
 
 
 def voltage_under(system: ConeSystem, line: Line, x: Any, command: Any, n: Numbers) -> Any:
@@ -67,8 +67,8 @@ def voltage_under(system: ConeSystem, line: Line, x: Any, command: Any, n: Numbe
     command_of = _commands(system, line, n)
 
     def excess(v: Any) -> Any:
-        found = command_of(x, v) if v.any() else v
-        return np.where(np.isnan(found), np.inf, found) - command
+        commanded = command_of(x, v) if v.any() else v
+        return np.where(np.isnan(commanded), np.inf, commanded) - command
 
     with np.errstate(all="ignore"):
         limits = [np.asarray(system.films[k].highest_squared(x, n), dtype=float) for k in line.films]
@@ -79,10 +79,10 @@ def voltage_under(system: ConeSystem, line: Line, x: Any, command: Any, n: Numbe
             if not (low & (high < highest)).any():
                 break
             high = np.where(low, np.minimum(2.0 * high, highest), high)
-        found = rise(excess, np.zeros(command.shape), high)
+        voltage = rise(excess, np.zeros(command.shape), high)
         if low.any():
-            found = np.where(low, high * command / command_of(x, high), found)
-        return np.where(np.isnan(x), np.nan, found)[()]
+            voltage = np.where(low, high * command / command_of(x, high), voltage)
+        return np.where(np.isnan(x), np.nan, voltage)[()]
 
 
 class _Slopes(NamedTuple):
@@ -111,25 +111,28 @@ class _Commanded(StaticBalance):
     """A balance whose squared voltages are those of the command of the first line."""
 
     def films(self, x: Any, squared: Any) -> list[Any]:
-        return [found.squared for found in self._at(x, squared, slopes=False)]
+        return [film.squared for film in self._at(x, squared, slopes=False)]
 
     def _at(self, x: Any, squared: Any, slopes: bool = True) -> list[_Film]:
         """The films at displacements under squared commands."""
-        system, n, found = self.system, self.n, dict[int, _Film]()
+        system, n, films = self.system, self.n, dict[int, _Film]()
         command = np.sqrt(np.asarray(squared, dtype=float))
         for line in system.lines:
-            own, share = system.command_at_rest(line, command, n), system.slope_at_rest(line, n)
-            v = voltage_under(system, line, x, own, n)
+            line_command, share = system.command_at_rest(line, command, n), system.slope_at_rest(line, n)
+            v = voltage_under(system, line, x, line_command, n)
             by_x, by_command = 0.0 * v, 0.0 * v
             if slopes:
                 slope = _slopes_of_command(system, line, x, np.maximum(v, math.sqrt(LEAST)), n)
-                by_x, by_command = -2.0 * v * slope.x / slope.voltage, 2.0 * v * share * np.sign(own) / slope.voltage
+                by_x, by_command = (
+                    -2.0 * v * slope.x / slope.voltage,
+                    2.0 * v * share * np.sign(line_command) / slope.voltage,
+                )
                 if (limited := ~np.isfinite(slope.voltage)).any():
                     h = STEP * (1.0 + np.abs(x))
-                    above, below = (voltage_under(system, line, x + step, own, n) ** 2 for step in (h, -h))
+                    above, below = (voltage_under(system, line, x + step, line_command, n) ** 2 for step in (h, -h))
                     by_x = np.where(limited, (above - below) / (2.0 * h), by_x)
-            found |= dict.fromkeys(line.films, _Film(v * v, by_x, by_command))
-        return [found[k] for k in range(len(system.films))]
+            films |= dict.fromkeys(line.films, _Film(v * v, by_x, by_command))
+        return [films[k] for k in range(len(system.films))]
 
     def force(self, x: Any, squared: Any) -> Any:
         with np.errstate(all="ignore"):
@@ -146,22 +149,22 @@ class _Commanded(StaticBalance):
         """F, dF/dx and minus dF/dc by the command c."""
         force, slope = self.system.force_under(x, [film.squared for film in at], self.n)
         gain: Any = 0.0
-        for film, own in zip(self.system.films, at, strict=True):
-            by_square = film.voltage_gain(x, own.squared, self.n)
-            slope = slope - np.where(own.by_x == 0.0, 0.0, by_square * own.by_x)
-            gain = gain + by_square * own.by_command
+        for film, film_square in zip(self.system.films, at, strict=True):
+            by_square = film.voltage_gain(x, film_square.squared, self.n)
+            slope = slope - np.where(film_square.by_x == 0.0, 0.0, by_square * film_square.by_x)
+            gain = gain + by_square * film_square.by_command
         return force, slope, gain
 
     def whole(self, x: Array, squared: Array) -> npt.NDArray[np.bool_]:
         with np.errstate(all="ignore"):
-            found = self.inside(x)
-            for film, own in zip(self.system.films, self.films(x, squared), strict=True):
-                found = found & ~np.asarray(own > film.highest_squared(x, self.n))
-            return found
+            whole = self.inside(x)
+            for film, square in zip(self.system.films, self.films(x, squared), strict=True):
+                whole = whole & ~np.asarray(square > film.highest_squared(x, self.n))
+            return whole
 
     def losses(self, rest: float) -> list[Loss]:
-        found = super().losses(rest)
-        return [NO_LOSS if math.isinf(loss.voltage) and loss.kind not in STAYS else loss for loss in found]
+        losses = super().losses(rest)
+        return [NO_LOSS if math.isinf(loss.voltage) and loss.kind not in STAYS else loss for loss in losses]
 
 
 class _Film(NamedTuple):

@@ -142,8 +142,12 @@ class Component(ABC):
 
 def uncached(holder: object) -> dict[str, Any]:
     """Return the attributes to pickle, without those of a `cached_property`, which may hold closures."""
-    own = type(holder)
-    return {name: v for name, v in vars(holder).items() if not isinstance(getattr(own, name, None), cached_property)}
+    holder_class = type(holder)
+    return {
+        name: v
+        for name, v in vars(holder).items()
+        if not isinstance(getattr(holder_class, name, None), cached_property)
+    }
 
 
 C = TypeVar("C", bound=Component)
@@ -174,19 +178,19 @@ def from_record(kind: str, record: Any, shipped: Mapping[str, C], base: type[C])
     if not isinstance(name, str):
         raise InputError(f"{kind} = {record!r}: must be the name of a {kind}: {', '.join(shipped)}")
     if name in shipped:
-        own: type[Any] = type(shipped[name])
+        part_class: type[Any] = type(shipped[name])
     elif ":" in name:
-        own = _imported(kind, name)
-        if not issubclass(own, base):
+        part_class = _imported(kind, name)
+        if not issubclass(part_class, base):
             raise InputError(f"{kind} {name!r}: is not a {kind}; derive its class from gelcone.{base.__name__}")
-        permission.check_data(kind, name, {f.name: fields[f.name] for f in _fields(own) if f.name in fields})
+        permission.check_data(kind, name, {f.name: fields[f.name] for f in _fields(part_class) if f.name in fields})
     else:
         raise unknown_name(kind, name, shipped)
-    if missing := sorted(getattr(own, "__abstractmethods__", ())):
-        raise InputError(f"{kind} {name!r}: its class lacks {' and '.join(missing)}; {written(own, missing[0])}")
+    if missing := sorted(getattr(part_class, "__abstractmethods__", ())):
+        raise InputError(f"{kind} {name!r}: its class lacks {' and '.join(missing)}; {written(part_class, missing[0])}")
     try:
-        values = {f.name: _value(fields[f.name]) for f in _fields(own) if f.name in fields}
-        component: C = own(**values)
+        values = {f.name: _value(fields[f.name]) for f in _fields(part_class) if f.name in fields}
+        component: C = part_class(**values)
     except InputError:
         raise
     except (TypeError, ValueError) as error:
@@ -265,9 +269,9 @@ def names_of(component: Component) -> set[str]:
     """The permissions of `gelcone.permission` that reading a component and its parts needs: the names of their classes
     in files, ``"module:Class"``, and their records."""
     data = {f.name: getattr(component, f.name) for f in _fields(component)}
-    own, parts = _class_name(component), [part for value in data.values() for part in _flat(value)]
-    plain = permission.record(own, {name: _plain(value) for name, value in data.items()})
-    return {own, plain}.union(*map(names_of, parts))
+    class_name, parts = _class_name(component), [part for value in data.values() for part in _flat(value)]
+    plain = permission.record(class_name, {name: _plain(value) for name, value in data.items()})
+    return {class_name, plain}.union(*map(names_of, parts))
 
 
 def _flat(value: Any) -> list[Component]:
@@ -283,15 +287,15 @@ def _imported(kind: str, name: str) -> type[Any]:
     permission.check(kind, name)
     module, _, path = name.partition(":")
     try:
-        found: Any = import_module(module)
+        imported: Any = import_module(module)
         for part in path.split("."):
-            found = getattr(found, part)
+            imported = getattr(imported, part)
     except (ImportError, AttributeError) as error:
         where = "a script or notebook" if module == "__main__" else f"the module {module!r}"
         raise InputError(
             f"{kind} {name!r}: cannot be imported ({error}); it was defined in {where}: put its class into a module "
             "that Python finds (in this folder or on PYTHONPATH) under that name"
         ) from None
-    if not isinstance(found, type):
+    if not isinstance(imported, type):
         raise InputError(f"{kind} {name!r}: is not a class; give the component itself")
-    return found
+    return imported

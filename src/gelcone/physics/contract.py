@@ -85,10 +85,10 @@ def wrong(component: Any, formula: str, problem: str, remedy: str) -> InputError
 def check_overrides(component: Any) -> None:
     """Raise `InputError` where a user-defined class has a value in place of a method of its contract or the reverse, a
     method that takes other arguments, or a value of another type."""
-    classes = [own for own in type(component).__mro__ if own.__module__.partition(".")[0] == _PACKAGE]
+    classes = [base for base in type(component).__mro__ if base.__module__.partition(".")[0] == _PACKAGE]
     for name in (name for name in dir(component) if not name.startswith("_")):
         stated = inspect.getattr_static(component, name)
-        contract = next((vars(own)[name] for own in classes if name in vars(own)), None)
+        contract = next((vars(base)[name] for base in classes if name in vars(base)), None)
         if contract is None or stated is contract:
             continue
         if inspect.isfunction(contract):
@@ -105,14 +105,14 @@ def check_overrides(component: Any) -> None:
 def _check_method(component: Any, name: str, contract: Any) -> None:
     """Raise `InputError` for what is not a method with the arguments of the ``contract``."""
     arguments = list(inspect.signature(contract).parameters)
-    own, remedy = getattr(component, name), written(type(component), name, contract)
-    if not callable(own):
-        value = f": return {own!r}" if isinstance(own, bool | int | float) else ""
-        raise wrong(component, name, f"is {reprlib.repr(own)}, and must be a method", remedy + value)
+    method, remedy = getattr(component, name), written(type(component), name, contract)
+    if not callable(method):
+        value = f": return {method!r}" if isinstance(method, bool | int | float) else ""
+        raise wrong(component, name, f"is {reprlib.repr(method)}, and must be a method", remedy + value)
     try:
-        inspect.signature(own).bind(*arguments[1:])
+        inspect.signature(method).bind(*arguments[1:])
     except TypeError:
-        taken = ", ".join(inspect.signature(own).parameters)
+        taken = ", ".join(inspect.signature(method).parameters)
         raise wrong(component, name, f"takes ({taken}), and must take ({', '.join(arguments[1:])})", remedy) from None
 
 
@@ -147,7 +147,7 @@ def check_formulas(component: Any, trials: Sequence[Trial]) -> None:
 
 def points_of(component: Any) -> list[dict[str, float]]:
     """Parameters at two points near the defaults, inside their bounds; without those that the component refuses."""
-    found = []
+    points = []
     for sign in (1.0, -1.0) if component.parameters else ():
         given = {
             name: max(NEAR ** (sign * (-1.0) ** k) * _size(quantity.default), quantity.lower)
@@ -157,8 +157,8 @@ def points_of(component: Any) -> list[dict[str, float]]:
             component.complete(given)
         except InputError:
             continue
-        found.append(given)
-    return found
+        points.append(given)
+    return points
 
 
 def _size(default: float) -> float:
@@ -224,10 +224,10 @@ def check_slope(
     """Raise `InputError` where the second value of ``force(x, y, xp)`` is not the derivative of the first by x, without
     states and with the states ``y`` at `PLACES`, and where the first is not ``odd`` although it is said to be. With
     ``borders`` the flat film, which may lie on one, is left out."""
-    for own in ([], list(y)):
-        slope = compiled(component, "force", partial(force, PLACES, own, np))[1]
+    for states in ([], list(y)):
+        slope = compiled(component, "force", partial(force, PLACES, states, np))[1]
         same_formula(
-            component, "force, its slope at a displacement", PLACES, slope, partial(_slope, force, own, borders)
+            component, "force, its slope at a displacement", PLACES, slope, partial(_slope, force, states, borders)
         )
     if odd:
         value = np.broadcast_to(force(PLACES, [], np)[0], PLACES.shape)
@@ -236,8 +236,8 @@ def check_slope(
 
 def _slope(force: Callable[..., tuple[Any, Any]], y: list[Any], borders: bool) -> Any:
     """The derivative of a force by x at `PLACES`; NaN where it is not compared."""
-    found = derivative(lambda at, xp: force(at, y, xp)[0], PLACES)
-    return np.where(borders & (PLACES == 0.0), np.nan, found)
+    slope = derivative(lambda at, xp: force(at, y, xp)[0], PLACES)
+    return np.where(borders & (PLACES == 0.0), np.nan, slope)
 
 
 def check_numbers(component: Any, formula: str, values: Sequence[Any]) -> None:

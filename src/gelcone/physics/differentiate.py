@@ -168,19 +168,19 @@ def _root(node: Node, values: Mapping[int, Any]) -> Any:
 
 def _needed(nodes: Sequence[Node], root: Node, values: Mapping[int, Any]) -> dict[int, Any]:
     """The ``values``, and the arrays in nodes, from which ``nodes`` are computed in addition to ``root``."""
-    found, seen, waiting = {}, {root.index}, list(nodes)
+    needed_values, seen, waiting = {}, {root.index}, list(nodes)
     while waiting:
         node = waiting.pop()
         if node.index in seen:
             continue
         seen.add(node.index)
         if node.index in values or node.operation == "array":
-            found[node.index] = values.get(node.index, node.value)
+            needed_values[node.index] = values.get(node.index, node.value)
         elif node.operation == "root":
             waiting += [node.graph.equations[node.index], node.graph.guesses[node.index]]
         else:
             waiting += node.arguments
-    return found
+    return needed_values
 
 
 def newton(
@@ -234,8 +234,8 @@ class Gradients:
         graph = Graph()
         self._leaves = [graph.state(i) for i in range(count)]
         self._numbers = {name: graph.switch(name) for name in names}
-        found = [graph.node(value) for value in function(list(self._leaves), self._numbers, graph)]
-        self._slopes = jacobian(found, self._leaves)
+        nodes = [graph.node(value) for value in function(list(self._leaves), self._numbers, graph)]
+        self._slopes = jacobian(nodes, self._leaves)
 
     def __call__(self, at: Sequence[Any], n: Mapping[str, Any]) -> list[list[Any]]:
         """The derivatives at numbers or arrays ``at``."""

@@ -145,9 +145,9 @@ class Waveform(Component):
 
     def _trials(self, n: Numbers) -> list[Trial]:
         """The calls of its formulas that `prove` makes."""
-        own = [Trial(name, (PLACES, n, np), NUMBERS) for name in ("shape", "shape_rate") if not self.pieced]
+        shape_trials = [Trial(name, (PLACES, n, np), NUMBERS) for name in ("shape", "shape_rate") if not self.pieced]
         return [
-            *own,
+            *shape_trials,
             *(Trial(name, (PLACES, n), NUMBERS) for name in ("voltage", "voltage_rate")),
             *(Trial(name, (n,), ONE_EACH) for name in ("detail", "period", "peak", "offset")),
         ]
@@ -216,8 +216,10 @@ class Waveform(Component):
     def samples(self, n: Numbers, count: int = PHASES) -> Array:
         """The voltage at ``count`` even phases of a period, as a last axis."""
         phase = 2.0 * np.pi * np.arange(count) / count
-        own = {name: np.asarray(value)[..., None] for name, value in n.items()}
-        return np.asarray(own["voltage_bias"] + own["voltage"] * self.shape(phase, self._at(0.0, phase, own, np), np))
+        numbers = {name: np.asarray(value)[..., None] for name, value in n.items()}
+        return np.asarray(
+            numbers["voltage_bias"] + numbers["voltage"] * self.shape(phase, self._at(0.0, phase, numbers, np), np)
+        )
 
     def peak(self, n: Numbers) -> Any:
         """Largest absolute value of the voltage."""
@@ -272,8 +274,10 @@ class Pieced(Waveform):
         table = called(self, "table", n)
         if not isinstance(table, Pieces) or np.shape(table.terms)[-2:] != (np.shape(table.begins)[-1], 5):
             raise wrong(self, "table", f"returns {reprlib.repr(table)}", "return Pieces(begins, terms)")
-        own = [Trial(name, (PLACES, {**n, "since": PLACES}, np), NUMBERS) for name in ("carrier", "carrier_rate")]
-        return [*own, *super()._trials(n)]
+        carrier_trials = [
+            Trial(name, (PLACES, {**n, "since": PLACES}, np), NUMBERS) for name in ("carrier", "carrier_rate")
+        ]
+        return [*carrier_trials, *super()._trials(n)]
 
     def _rates(self, n: Numbers) -> tuple[Any, ...]:
         what = "carrier_rate, the derivative of the carrier"
@@ -311,8 +315,8 @@ class Pieced(Waveform):
         return bool(np.max(steps) > JUMP * np.max(np.abs(terms[[0, 4]])))
 
     def numbers(self, parameters: Numbers) -> dict[str, Any]:
-        own = super().numbers(parameters)
-        return own | dict.fromkeys(PIECE, np.zeros(np.shape(own["drive_frequency"])))
+        numbers = super().numbers(parameters)
+        return numbers | dict.fromkeys(PIECE, np.zeros(np.shape(numbers["drive_frequency"])))
 
     @cached_property
     def piece_count(self) -> int:

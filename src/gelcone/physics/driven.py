@@ -40,11 +40,13 @@ class Input(Waveform):
     parameters = VOLTAGE
 
     def __post_init__(self) -> None:
-        own = self.own
-        if own is not None:
-            object.__setattr__(self, "parameters", own.parameters)
-            if type(own).voltage is not Waveform.voltage:
-                raise InputError(f"waveform = {own.name}: its corners move with the voltage; leave the drive outside")
+        waveform = self.own
+        if waveform is not None:
+            object.__setattr__(self, "parameters", waveform.parameters)
+            if type(waveform).voltage is not Waveform.voltage:
+                raise InputError(
+                    f"waveform = {waveform.name}: its corners move with the voltage; leave the drive outside"
+                )
 
     @property
     def pieces(self) -> Pieced | None:
@@ -53,8 +55,8 @@ class Input(Waveform):
 
     def numbers(self, parameters: Numbers) -> dict[str, Any]:
         plain = self.own is None or self.pieces is not None
-        found = super().numbers(parameters) if plain else self.own.numbers(parameters)  # type: ignore[union-attr]
-        return found | dict.fromkeys((*INPUTS, PHASE, *(DRIVE_PIECE if self.pieces else ())), 0.0)
+        numbers = super().numbers(parameters) if plain else self.own.numbers(parameters)  # type: ignore[union-attr]
+        return numbers | dict.fromkeys((*INPUTS, PHASE, *(DRIVE_PIECE if self.pieces else ())), 0.0)
 
     def shape(self, phase: Any, n: Numbers, xp: Any = np) -> Any:
         return 0.0 * phase if self.own is None else self.own.shape(n[PHASE] + phase, self._within(phase, n), xp)
@@ -98,8 +100,8 @@ class DrivenSystem(ConeSystem):
         return (*super().numbers, STRENGTH_SQUARED) if self.breaks_down else super().numbers
 
     def numbers_of(self, values: Numbers) -> dict[str, Any]:
-        found = super().numbers_of(values)
-        return found | {STRENGTH_SQUARED: values["dielectric_strength"] ** 2} if self.breaks_down else found
+        numbers = super().numbers_of(values)
+        return numbers | {STRENGTH_SQUARED: values["dielectric_strength"] ** 2} if self.breaks_down else numbers
 
     @cached_property
     def borders(self) -> tuple[tuple[int | None, Border], ...]:
@@ -122,5 +124,5 @@ def driven(system: ConeSystem, inside: bool = False, breaks_down: bool = False) 
 
     Raises `InputError` for a drive that cannot be inside.
     """
-    own = Input(system.waveform if inside else None)
-    return DrivenSystem(system.films, system.bias, own, system.circuit, breaks_down)
+    inputs = Input(system.waveform if inside else None)
+    return DrivenSystem(system.films, system.bias, inputs, system.circuit, breaks_down)

@@ -47,8 +47,8 @@ def root(
 def _differentiated(residual: Residual, at: Sequence[Any]) -> Slope:
     graph = Graph()
     leaf = graph.state(0)
-    (found,) = derivatives([graph.node(residual(leaf, *at, graph))], leaf)
-    return lambda y, *at: evaluated([found], {leaf.index: y})[0]
+    (slope,) = derivatives([graph.node(residual(leaf, *at, graph))], leaf)
+    return lambda y, *at: evaluated([slope], {leaf.index: y})[0]
 
 
 def traced(xp: Any) -> bool:

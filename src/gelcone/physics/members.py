@@ -125,7 +125,7 @@ class Ensemble:
         with np.errstate(all="ignore"):
             inside = self.system.strain(x, n) < self.system.strain_limit(n)
             # without a voltage nothing pulls in, which a wrinkling film takes long to compute
-            if any(np.any(own) for own in self.system.squares_at_rest(squared, n)):
+            if any(np.any(square) for square in self.system.squares_at_rest(squared, n)):
                 inside = inside & ~self.system.pulled_in(x, squared, n)
             return np.where(inside, self.system.static_force(x, squared, n)[order], np.nan)[()]
 
@@ -207,8 +207,8 @@ class Rows(Mapping[str, Array]):
 
     def __getitem__(self, name: str) -> Array:
         block, row = divmod(self._places[name], BLOCK)
-        found: Array = self._blocks[block][row]
-        return found
+        values: Array = self._blocks[block][row]
+        return values
 
     def __contains__(self, name: object) -> bool:
         return name in self._places
@@ -221,11 +221,11 @@ class Rows(Mapping[str, Array]):
 
     def take(self, index: Any) -> Rows:
         """The numbers of the members at ``index``, a slice, mask or array."""
-        shared, *own = self._blocks[0], *(block[:, index] for block in self._blocks[1:])
-        count = own[0].shape[1]
+        shared, *blocks = self._blocks[0], *(block[:, index] for block in self._blocks[1:])
+        count = blocks[0].shape[1]
         fewer = count <= shared.shape[1]
         return Rows(
-            self._places, shared[:, :count] if fewer else np.broadcast_to(shared[:, :1], (len(shared), count)), *own
+            self._places, shared[:, :count] if fewer else np.broadcast_to(shared[:, :1], (len(shared), count)), *blocks
         )
 
     def missing(self, names: Sequence[str]) -> list[str]:
@@ -365,15 +365,15 @@ class Members(Ensemble):
         ``states`` are (members, samples, N), or (members, samples, 1) for settled films held at displacements.
         """
         z, n = list(np.moveaxis(states, -1, 0)), self.numbers(trailing=states.ndim - 2)
-        own = zip(self.system.films, voltages, strict=True)
-        found = [film.state(z[0], v, self.system.states_of(z, "film", k), n) for k, (film, v) in enumerate(own)]
+        pairs = zip(self.system.films, voltages, strict=True)
+        film_states = [film.state(z[0], v, self.system.states_of(z, "film", k), n) for k, (film, v) in enumerate(pairs)]
         if not self.system.circuit.delays or len(z) < len(self.system.states):
-            return found
-        more = (voltages[0] ** 2 - self.system.squared_at(voltages[0], z, n)) * self.system.film.capacitance(
+            return film_states
+        extra_stress = (voltages[0] ** 2 - self.system.squared_at(voltages[0], z, n)) * self.system.film.capacitance(
             z[0], 0.0, [], n
         )  # the delayed share of the field pulls less, or more
-        stresses = {name: getattr(found[0], name) + more for name in ("meridional_stress", "hoop_stress")}
-        return [found[0]._replace(**stresses)]
+        stresses = {name: getattr(film_states[0], name) + extra_stress for name in ("meridional_stress", "hoop_stress")}
+        return [film_states[0]._replace(**stresses)]
 
     def voltages(self, times: Array, states: Array) -> list[Array]:
         """Voltage on each film along motions."""
@@ -383,8 +383,8 @@ class Members(Ensemble):
         """Evaluate a function of the system, such as `currents`, along motions, (members, samples) each, at ``times``
         (members, samples) and ``states`` (members, samples, N)."""
         z, n, blocks = np.moveaxis(states, -1, 0), self.numbers(times.ndim - 1), []
-        for begin in range(0, max(times.shape[-1], 1), SAMPLES):
-            own = times[..., begin : begin + SAMPLES]
-            found = values(own, list(z[..., begin : begin + SAMPLES]), n)
-            blocks.append([np.broadcast_to(value, own.shape) for value in found])
+        for start in range(0, max(times.shape[-1], 1), SAMPLES):
+            block_times = times[..., start : start + SAMPLES]
+            series = values(block_times, list(z[..., start : start + SAMPLES]), n)
+            blocks.append([np.broadcast_to(value, block_times.shape) for value in series])
         return [np.concatenate(parts, axis=-1) for parts in zip(*blocks, strict=True)]

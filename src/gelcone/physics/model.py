@@ -136,8 +136,10 @@ class ConeModel(Ensemble):
         film, parts = parameters.pop("film"), {name: parameters.pop(name) for name in parts}
         resistance, fast = _reduced(reduced)
         parts["circuit"], parameters = with_electrics(parts["circuit"], parameters, resistance)
-        own: dict[str, Any] = dict(zip(OF_FILM, (pull_in, branches, flow, flow_exponent, rested, fast), strict=True))
-        system = _system(_film(film, law, prestretch_mode, own, parameters), second_film, second_drive, **parts)
+        film_fields: dict[str, Any] = dict(
+            zip(OF_FILM, (pull_in, branches, flow, flow_exponent, rested, fast), strict=True)
+        )
+        system = _system(_film(film, law, prestretch_mode, film_fields, parameters), second_film, second_drive, **parts)
         values = system.complete(_known(system, parameters))
         self.__dict__.update(system=system, values=values, shape=_shape(values))
 
@@ -177,12 +179,12 @@ class ConeModel(Ensemble):
         given = changes.get("film", self.system.film)
         # a film that is given by its name takes over the law; an instance has its own
         law = self.law if isinstance(given, str) and given in FILMS else None
-        own = {name: changes.get(name) for name in OF_FILM} | {"reduced": _reduced(changes.get("reduced"))[1]}
+        film_fields = {name: changes.get(name) for name in OF_FILM} | {"reduced": _reduced(changes.get("reduced"))[1]}
         if law is not None:
-            own = {
+            film_fields = {
                 name: getattr(self.film, name, None) for name in OF_FILM[1:] if getattr(self.film, "branches", 0)
-            } | {name: value for name, value in own.items() if value is not None}
-        film = _film(given, changes.get("law", law), changes.get("prestretch_mode"), own, changes)
+            } | {name: value for name, value in film_fields.items() if value is not None}
+        film = _film(given, changes.get("law", law), changes.get("prestretch_mode"), film_fields, changes)
         if isinstance(film, GelFilm) and self.prestretch_mode and "prestretch_mode" not in changes:
             film = _film(film, None, self.prestretch_mode)
         parts = {name: changes.get(name, getattr(self.system, name)) for name in ("bias", "waveform", "circuit")}
@@ -200,15 +202,15 @@ class ConeModel(Ensemble):
         if "law" in changes and self.law is not None and getattr(system.film, "law", None) != self.law:
             values = {name: v for name, v in values.items() if name.removeprefix(PREFIX) not in self.law.parameters}
         for prefix in ("", PREFIX):
-            own = {prefix + name for name in PRESTRETCHES}
-            if any(changes.get(name) is not None for name in own):
-                values = {k: v for k, v in values.items() if k not in own or _goes_with(k, changes, prefix)}
+            prestretches = {prefix + name for name in PRESTRETCHES}
+            if any(changes.get(name) is not None for name in prestretches):
+                values = {k: v for k, v in values.items() if k not in prestretches or _goes_with(k, changes, prefix)}
         return values
 
     @property
     def stiff(self) -> tuple[str, ...]:
         """Names for ``reduced`` of the parts that have states and need none."""
-        found, reduced = [], self.reduced
+        stiff_names, reduced = [], self.reduced
         for name in ("series_resistance", *(f"relaxation_time_{k}" for k in range(1, MOST_BRANCHES + 1))):
             if name in reduced or name not in self.values:
                 continue
@@ -216,8 +218,8 @@ class ConeModel(Ensemble):
                 self.replace(reduced="+".join((*reduced, name)))
             except InputError:
                 continue
-            found.append(name)
-        return tuple(found)
+            stiff_names.append(name)
+        return tuple(stiff_names)
 
     @property
     def reduced(self) -> tuple[str, ...]:
@@ -270,12 +272,12 @@ def _reduced(given: Any) -> tuple[bool | None, tuple[int, ...] | None]:
     if given is None:
         return None, None
     names = [] if given == "none" else [part.strip() for part in str(given).split("+")]
-    known = ("series_resistance", *(f"relaxation_time_{k}" for k in range(1, MOST_BRANCHES + 1)))
+    allowed = ("series_resistance", *(f"relaxation_time_{k}" for k in range(1, MOST_BRANCHES + 1)))
     for name in names:
-        if name not in known:
-            raise unknown_name("reduced", name, (*known, "none"))
-    found = tuple(sorted(known.index(name) for name in names if name != known[0]))
-    return known[0] in names, found
+        if name not in allowed:
+            raise unknown_name("reduced", name, (*allowed, "none"))
+    branches = tuple(sorted(allowed.index(name) for name in names if name != allowed[0]))
+    return allowed[0] in names, branches
 
 
 def _film(
@@ -287,26 +289,26 @@ def _film(
         law = find_part("law", law)
     if mode is not None:
         check_name("prestretch_mode", mode, PRESTRETCH_MODES)
-    found: Film = find_part("film", film)
+    new_film: Film = find_part("film", film)
     chosen = {name: value for name, value in (own or {}).items() if value is not None}
-    if not chosen.get("reduced", True) and not hasattr(found, "reduced"):
+    if not chosen.get("reduced", True) and not hasattr(new_film, "reduced"):
         del chosen["reduced"]  # a film without branches reduces none
-    if "branches" not in chosen and (count := branches_of(parameters)) > getattr(found, "branches", 0):
+    if "branches" not in chosen and (count := branches_of(parameters)) > getattr(new_film, "branches", 0):
         chosen["branches"] = count
     for name, value in chosen.items():
-        if name not in {field.name for field in fields(found)} if is_dataclass(found) else True:
+        if name not in {field.name for field in fields(new_film)} if is_dataclass(new_film) else True:
             takes = {"pull_in": "wrinkling", "reduced": "taut"}.get(name, "membrane, wrinkling or taut")
             raise InputError(
-                f"{name}: the film {found.name!r} does not take it; take the film {takes}, or leave it out"
+                f"{name}: the film {new_film.name!r} does not take it; take the film {takes}, or leave it out"
             )
         chosen[name] = int(value) if isinstance(value, float) and value.is_integer() else value
-    found = with_fields(found, **chosen) if chosen else found  # type: ignore[type-var]
-    if not isinstance(found, GelFilm):
+    new_film = with_fields(new_film, **chosen) if chosen else new_film  # type: ignore[type-var]
+    if not isinstance(new_film, GelFilm):
         if law is not None or mode is not None:
-            raise InputError(f"law, prestretch_mode: the film {found.name!r} takes neither; leave them out")
-        return found
+            raise InputError(f"law, prestretch_mode: the film {new_film.name!r} takes neither; leave them out")
+        return new_film
     of_gel = {"law": law, "prestretch_mode": mode}
-    return with_fields(found, **{name: value for name, value in of_gel.items() if value is not None})  # type: ignore[type-var]
+    return with_fields(new_film, **{name: value for name, value in of_gel.items() if value is not None})  # type: ignore[type-var]
 
 
 def no_film(given: Any) -> bool:
@@ -333,8 +335,8 @@ def _films(first: Film, given: Any, drive: str | None) -> tuple[PlacedFilm, ...]
 
 def _system(film: Film, second_film: Any = None, second_drive: str | None = None, **parts: Any) -> ConeSystem:
     """Assemble films, bias, waveform and circuit; `InputError` for one that is not known."""
-    own = (find_part(name, parts[name]) for name in ("bias", "waveform", "circuit"))
-    return _put_together(_films(film, second_film, second_drive), *own)
+    components = (find_part(name, parts[name]) for name in ("bias", "waveform", "circuit"))
+    return _put_together(_films(film, second_film, second_drive), *components)
 
 
 @lru_cache(maxsize=64)

@@ -32,8 +32,8 @@ class Moment:
         self.system, self.command, self.command_rate = system, command, command_rate
         self.z, self.n, self.xp, self._squares = z, n, xp, squares
         self._voltages: dict[str, Any] = {}
-        if xp is np and squares is None and (own := self._circuit_switches()):
-            self.n = {**n, **own}
+        if xp is np and squares is None and (switches := self._circuit_switches()):
+            self.n = {**n, **switches}
 
     def port(self, line: Line) -> Port:
         """The connections of a line's circuit."""
@@ -64,10 +64,10 @@ class Moment:
 
     def leaks(self) -> list[Any]:
         """Current that leaks through each film."""
-        found: dict[int, Any] = {}
+        leaks: dict[int, Any] = {}
         for line in self.system.lines:
-            found |= dict(zip(line.films, line.circuit.leaks(self.port(line), *self._own(line), self.xp), strict=True))
-        return [found[k] for k in range(len(self.system.films))]
+            leaks |= dict(zip(line.films, line.circuit.leaks(self.port(line), *self._own(line), self.xp), strict=True))
+        return [leaks[k] for k in range(len(self.system.films))]
 
     def squared(self, film: int) -> Any:
         """Squared voltage on a film."""
@@ -104,18 +104,18 @@ class Moment:
         bias_y = system.states_of(self.z, "bias")
         bias, bias_slope = system.bias.force(x, bias_y, n, xp)
         acceleration, slope = -2.0 * n["damping_ratio"] * u - force - bias, -slope - bias_slope
-        own: list[Any] = []
+        state_rates: list[Any] = []
         for k, film in enumerate(system.films):
             if k:
                 force, steeper = self._force(k)
                 acceleration, slope = acceleration - force, slope - steeper
             acceleration = acceleration - film.drag(x, n) * u if film.drags else acceleration
-            own += film.rates(x, u, self.squared(k), system.states_of(self.z, "film", k), n, xp)
-            own += system.bias.rates(x, u, bias_y, n, xp) if k == 0 else []
+            state_rates += film.rates(x, u, self.squared(k), system.states_of(self.z, "film", k), n, xp)
+            state_rates += system.bias.rates(x, u, bias_y, n, xp) if k == 0 else []
             for line in system.lines if circuits else ():
                 if line.films[0] == k:
-                    own += self.circuit_rates(line)
-        return [u, acceleration, *own], slope
+                    state_rates += self.circuit_rates(line)
+        return [u, acceleration, *state_rates], slope
 
     def _force(self, film: int) -> tuple[Any, Any]:
         y = self.system.states_of(self.z, "film", film)
@@ -123,18 +123,18 @@ class Moment:
 
     def switches(self) -> dict[str, Any]:
         """The switches of films and circuits."""
-        found: dict[str, Any] = {}
+        switches: dict[str, Any] = {}
         for k, film in enumerate(self.system.films):
             if film.borders:
-                found |= film.switches(self.z[0], self.squared(k), self.system.states_of(self.z, "film", k), self.n)
-        return found | self._circuit_switches()
+                switches |= film.switches(self.z[0], self.squared(k), self.system.states_of(self.z, "film", k), self.n)
+        return switches | self._circuit_switches()
 
     def _circuit_switches(self) -> dict[str, Any]:
-        found: dict[str, Any] = {}
+        switches: dict[str, Any] = {}
         for line in self.system.lines:
-            own = line.circuit.switches(self.port(line), *self._own(line)) if line.circuit.borders else {}
-            found |= {line.prefix + name: value for name, value in own.items()}
-        return found
+            line_switches = line.circuit.switches(self.port(line), *self._own(line)) if line.circuit.borders else {}
+            switches |= {line.prefix + name: value for name, value in line_switches.items()}
+        return switches
 
     def mechanical_powers(self) -> tuple[Any, Any]:
         """The power of films and field on the disc, and the power of its damper."""
@@ -146,17 +146,17 @@ class Moment:
     def electric_powers(self, time: Node, z: Sequence[Node], causes: Sequence[str]) -> list[Any]:
         """The power by each of the ``causes``, in a graph: sources, losses of films and of circuits."""
         rates = self.rates()
-        found: dict[str, Any] = dict.fromkeys(causes, 0.0)
-        for line in self.system.lines if "source" in found else ():
+        by_cause: dict[str, Any] = dict.fromkeys(causes, 0.0)
+        for line in self.system.lines if "source" in by_cause else ():
             port, (y, n) = self.port(line), self._own(line)
             charge = self.xp.node(self.stored(line))
             powers = line.circuit.powers(port, total_rate(self.system, charge, time, z, rates), y, n, self.xp)
-            found |= {name: found[name] + power for name, power in powers.items()}
-        if "film" in found:
+            by_cause |= {name: by_cause[name] + power for name, power in powers.items()}
+        if "film" in by_cause:
             for k, film in enumerate(self.system.films):
                 y = self.system.states_of(self.z, "film", k)
-                found["film"] += film.dissipation(self.z[0], self.z[1], self.squared(k), y, self.n, self.xp)
-        return [self.xp.node(found[cause]) for cause in causes]
+                by_cause["film"] += film.dissipation(self.z[0], self.z[1], self.squared(k), y, self.n, self.xp)
+        return [self.xp.node(by_cause[cause]) for cause in causes]
 
 
 def total_rate(system: Structure, value: Node, time: Node, z: Sequence[Node], rates: Sequence[Any]) -> Node:

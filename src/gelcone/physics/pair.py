@@ -114,9 +114,9 @@ class PairBalance(StaticBalance):
 
     def voltage_force(self, x: Any, squared: Any) -> Any:
         """The reduction of the force by the voltages, without that of a constant voltage on the second film."""
-        own = np.asarray(squared)
+        squares = np.asarray(squared)
         with np.errstate(all="ignore"):
-            return self.together.force(x, 0.0 * own) - self.force(x, own)
+            return self.together.force(x, 0.0 * squares) - self.force(x, squares)
 
     def _slopes(self, x: float, voltage: float) -> tuple[float, float, float]:
         """F, dF/dx and dF/dv."""
@@ -125,8 +125,8 @@ class PairBalance(StaticBalance):
         with np.errstate(all="ignore"):
             force, slope = system.force_under(place, squares, n)
             first, *others = (
-                film.voltage_gain(place, own, n) * change
-                for film, own, change in zip(system.films, squares, changes, strict=True)
+                film.voltage_gain(place, square, n) * change
+                for film, square, change in zip(system.films, squares, changes, strict=True)
             )
             gain = sum(others, first)
         return float(force), float(slope), -float(gain)
@@ -136,8 +136,8 @@ class PairBalance(StaticBalance):
         at = np.asarray(x, dtype=float)
         squares = self.films(at, np.float64(squared))
         fails = at != at
-        for film, own in zip(self.system.films, squares, strict=True):
-            fails = fails | (own >= film.highest_squared(at, self.n))
+        for film, square in zip(self.system.films, squares, strict=True):
+            fails = fails | (square >= film.highest_squared(at, self.n))
         return fails & (at == at)
 
     # --- equilibria at one voltage -----------------------------------------------------------------------------------
@@ -188,25 +188,25 @@ class PairBalance(StaticBalance):
         tangent = self._tangent(x, voltage, (0.0, ahead))
         xs, volts, step = [x], [voltage], 0.1 * LONGEST_STEP
         while len(xs) < MOST_POINTS:
-            found = self._next(x, voltage, tangent, step)
-            if found is not None:
-                turned = self._tangent(*found, tangent)
+            point = self._next(x, voltage, tangent, step)
+            if point is not None:
+                turned = self._tangent(*point, tangent)
                 bend = turned[0] * tangent[0] + turned[1] * tangent[1]
             if (
-                found is None
+                point is None
                 or (bend < LEAST_COSINE and step > KINK)
-                or (found[1] >= 0.0 and self._pulled_in(found[0], found[1] ** 2))
+                or (point[1] >= 0.0 and self._pulled_in(point[0], point[1] ** 2))
             ):
                 step *= 0.5
                 if step < SHORTEST_STEP:
                     return Curve(np.array(xs), np.array(volts), PullIn.FILM)
                 continue
-            bound = 0.0 if found[1] < 0.0 else highest if found[1] > highest else None
+            bound = 0.0 if point[1] < 0.0 else highest if point[1] > highest else None
             if bound is not None:
-                share = (bound - voltage) / (found[1] - voltage) if found[1] != voltage else 0.0
-                (last,) = self._settle(np.array([x + share * (found[0] - x)]), np.array([bound]))
+                share = (bound - voltage) / (point[1] - voltage) if point[1] != voltage else 0.0
+                (last,) = self._settle(np.array([x + share * (point[0] - x)]), np.array([bound]))
                 return Curve(np.array([*xs, last]), np.array([*volts, bound]), PullIn.NEVER)
-            x, voltage, tangent = *found, turned
+            x, voltage, tangent = *point, turned
             if not self.lowest < x < self.highest:
                 halfway = volts[int(np.argmin(np.abs(np.abs(xs) - 0.5 * abs(x))))]
                 return Curve(np.array(xs), np.array(volts), far_end(self.wall, halfway**2, voltage**2))
@@ -288,18 +288,18 @@ class PairBalance(StaticBalance):
         """Sign changes of the slope along a curve: index of the point before, displacement, voltage, fold or
         pitchfork."""
         signs = np.sign(np.broadcast_to(self.slope(x, voltage * voltage), x.shape))
-        found = []
+        losses = []
         for i in np.flatnonzero(signs[:-1] * signs[1:] < 0.0):
             place, level = self._turn(x, voltage, int(i))
             before = voltage[i] - voltage[i - 1] if i else voltage[i + 1] - voltage[i]
             after = voltage[i + 2] - voltage[i + 1] if i + 2 < len(x) else voltage[i + 1] - voltage[i]
             fold = before * after < 0.0
-            found.append((int(i), place, level, PullIn.FOLD if fold else PullIn.PITCHFORK))
-        return found
+            losses.append((int(i), place, level, PullIn.FOLD if fold else PullIn.PITCHFORK))
+        return losses
 
     def curves(self, highest: float) -> list[Array]:
-        found = [self._with_losses(*curve) for curve in self._followed(highest)]
-        return [np.stack([x, v, np.broadcast_to(self.slope(x, v * v), x.shape)]) for x, v in found]
+        curves = [self._with_losses(*curve) for curve in self._followed(highest)]
+        return [np.stack([x, v, np.broadcast_to(self.slope(x, v * v), x.shape)]) for x, v in curves]
 
     def _followed(self, highest: float) -> list[tuple[Array, Array]]:
         known: list[tuple[Array, Array]] = []

@@ -94,12 +94,12 @@ class PlacedFilm(Component):
     def parameters(self) -> Mapping[str, Quantity]:
         if self.drive is None:
             return self.film.parameters
-        own = {
+        film_parameters = {
             PREFIX + name: dataclasses.replace(q, meaning=f"second film: {q.meaning}")
             for name, q in self.film.parameters.items()
         }
         constant = {"second_voltage": CONSTANT_VOLTAGE} if self.drive == "constant" else {}
-        return {"second_flat_height": FLAT_HEIGHT} | constant | own
+        return {"second_flat_height": FLAT_HEIGHT} | constant | film_parameters
 
     @cached_property
     def states(self) -> tuple[State, ...]:  # type: ignore[override]
@@ -116,13 +116,13 @@ class PlacedFilm(Component):
     def complete_with(self, given: Mapping[str, Any], known: Mapping[str, Any]) -> dict[str, Any]:
         """Check the ``given`` parameters and fill in the others: of a second film from the ``known`` ones of the first,
         else from defaults."""
-        own = {name.removeprefix(self.prefix): given[name] for name in self.parameters if name in given}
+        film_given = {name.removeprefix(self.prefix): given[name] for name in self.parameters if name in given}
         if self.drive is None:
-            return self.film.complete(own)
+            return self.film.complete(film_given)
         shared = dict(known)
-        if any(own.get(name) is not None for name in PRESTRETCHES):
+        if any(film_given.get(name) is not None for name in PRESTRETCHES):
             shared = {name: value for name, value in shared.items() if name not in PRESTRETCHES}
-        film = {n: v for n, v in (shared | own).items() if n in self.film.parameters and v is not None}
+        film = {n: v for n, v in (shared | film_given).items() if n in self.film.parameters and v is not None}
         rest = {name: self.parameters[name] for name in self._placing}
         return {name: q.check(name, given.get(name, q.default)) for name, q in rest.items()} | {
             PREFIX + name: value for name, value in self.film.complete(film).items()
@@ -134,9 +134,9 @@ class PlacedFilm(Component):
         return [name for name in self.parameters if name.removeprefix(self.prefix) not in self.film.parameters]
 
     def numbers(self, parameters: Numbers) -> dict[str, Any]:
-        own = self.film.numbers(self.own(parameters))
+        film_numbers = self.film.numbers(self.own(parameters))
         rest = {name: parameters[name] for name in self._placing}
-        return rest | {self.prefix + name: value for name, value in own.items()}
+        return rest | {self.prefix + name: value for name, value in film_numbers.items()}
 
     @property
     def number_names(self) -> tuple[str, ...]:
@@ -197,13 +197,15 @@ class PlacedFilm(Component):
         """The switches of its borders."""
         if not self.borders:
             return {}
-        own = self.film.switches(self.place(x, n), squared, y, self.own(n))
-        return {self.prefix + name: value for name, value in own.items()}
+        switches = self.film.switches(self.place(x, n), squared, y, self.own(n))
+        return {self.prefix + name: value for name, value in switches.items()}
 
     def times_of_kinds(self, switches: Sequence[str], dwell: Array) -> Array:
         """Sum the time in each of its states of tension."""
-        own = [border.switch for border in self.borders]
-        names = [name.removeprefix(self.prefix) if name in own else f"another's {name}" for name in switches]
+        border_switches = [border.switch for border in self.borders]
+        names = [
+            name.removeprefix(self.prefix) if name in border_switches else f"another's {name}" for name in switches
+        ]
         return self.film.times_of_kinds(names, dwell)
 
     def pull_in_kind(self, switches: Numbers) -> Any:

@@ -37,18 +37,18 @@ _SHIPPED = {name: to_record(film, FILMS) for name, film in FILMS.items()}
 def system_record(system: ConeSystem) -> dict[str, Any]:
     """The record of each component by its kind, and the film's ``law`` and ``prestretch_mode`` if it has them."""
     film = system.film
-    found: dict[str, Any] = {}
+    record: dict[str, Any] = {}
     if isinstance(film, GelFilm):
-        found |= {"prestretch_mode": film.prestretch_mode, "law": to_record(film.law, LAWS)}
-    found |= {
+        record |= {"prestretch_mode": film.prestretch_mode, "law": to_record(film.law, LAWS)}
+    record |= {
         "film": film_record(film),
         "bias": bias_record(system.bias),
         "waveform": to_record(system.waveform, WAVEFORMS),
         "circuit": to_record(system.circuit, CIRCUITS),
     }
     for second in system.films[1:]:
-        found |= {"second_film": film_record(second.film), "second_drive": second.drive}
-    return found
+        record |= {"second_film": film_record(second.film), "second_drive": second.drive}
+    return record
 
 
 def film_record(film: Film) -> Any:
@@ -56,9 +56,9 @@ def film_record(film: Film) -> Any:
     record = to_record(film, FILMS)
     if type(FILMS.get(film.name)) is not type(film):
         return record
-    own = {name: value for name, value in record.items() if value != _SHIPPED[film.name][name]}
-    own = {name: value for name, value in own.items() if name not in ("law", "prestretch_mode")}
-    return {"component": film.name} | own if own else film.name
+    differences = {name: value for name, value in record.items() if value != _SHIPPED[film.name][name]}
+    differences = {name: value for name, value in differences.items() if name not in ("law", "prestretch_mode")}
+    return {"component": film.name} | differences if differences else film.name
 
 
 def find_film(given: Any) -> Film:
@@ -95,9 +95,9 @@ def find_bias(given: Any) -> Bias:
 
 def find_part(name: str, given: Any) -> Any:
     """Make the component, one of `COMPONENTS`, that a record describes; `InputError` for one that is not known."""
-    own = {"film": find_film, "bias": find_bias}.get(name)
+    finder = {"film": find_film, "bias": find_bias}.get(name)
     kind, shipped, base = COMPONENTS[name]
-    return find_component(kind, given, shipped, base) if own is None else own(given)
+    return find_component(kind, given, shipped, base) if finder is None else finder(given)
 
 
 def with_numbers(given: Mapping[str, Any]) -> dict[str, Any]:
@@ -105,14 +105,14 @@ def with_numbers(given: Mapping[str, Any]) -> dict[str, Any]:
 
     Raises `InputError` for a name that a table does not take, and for a number that is given twice.
     """
-    found = dict(given)
+    parameters = dict(given)
     for kind in (kind for kind in COMPONENTS if kind in given and kind != "law"):
         parts = given[kind]
         if isinstance(parts, list | tuple):
-            found[kind] = [_without_numbers(kind, part, found) for part in parts]
+            parameters[kind] = [_without_numbers(kind, part, parameters) for part in parts]
         else:
-            found[kind] = _without_numbers(kind, parts, found)
-    return found
+            parameters[kind] = _without_numbers(kind, parts, parameters)
+    return parameters
 
 
 def _without_numbers(kind: str, table: Any, found: dict[str, Any]) -> Any:

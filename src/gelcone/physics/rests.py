@@ -42,8 +42,8 @@ def _rests(members: Members, group: npt.NDArray[np.intp]) -> list[float]:
     low, high = np.array([[balance.lowest, balance.highest] for balance in balances]).T[:, :, None]
     places = np.stack([low + (high - low) * NODES] * len(SIDES), axis=1)
     with np.errstate(all="ignore"):
-        found = system.static_force(SIDES * places, np.asarray(0.0), numbers.trailing(2))
-        force, slope = (np.broadcast_to(values, places.shape) for values in found)
+        force_and_slope = system.static_force(SIDES * places, np.asarray(0.0), numbers.trailing(2))
+        force, slope = (np.broadcast_to(values, places.shape) for values in force_and_slope)
         alone = np.any(_irregular(places, SIDES * force, slope), axis=(1, 2), keepdims=True)
         rests = _nearest(system, numbers, places, np.where(alone, np.nan, SIDES * force)).tolist()
     for k in np.flatnonzero(alone):

@@ -31,5 +31,5 @@ def model_html(model: Ensemble) -> str:
 
 def _text(value: Any) -> str:
     """A number as text; of an ensemble the range and the count."""
-    own = np.asarray(value)
-    return f"{float(own):.6g}" if own.ndim == 0 else f"{own.min():.6g} to {own.max():.6g} ({own.size})"
+    values = np.asarray(value)
+    return f"{float(values):.6g}" if values.ndim == 0 else f"{values.min():.6g} to {values.max():.6g} ({values.size})"

@@ -35,18 +35,21 @@ def every_balance(model: Ensemble, bias_share: float | None = None) -> list[Stat
     """
     members = model.members()
     if len(members.system.films) > 1:
-        more = {} if bias_share is None else {BIAS_SHARE: bias_share}
-        return [commanded_balance(members.system, members.numbers_at(member) | more) for member in range(members.size)]
+        bias_numbers = {} if bias_share is None else {BIAS_SHARE: bias_share}
+        return [
+            commanded_balance(members.system, members.numbers_at(member) | bias_numbers)
+            for member in range(members.size)
+        ]
     _, firsts, which = _alike(members, members.system.circuit)
-    found = [commanded_balance(members.system, members.numbers_at(member)) for member in firsts]
-    return [found[place] for place in which]
+    balances = [commanded_balance(members.system, members.numbers_at(member)) for member in firsts]
+    return [balances[index] for index in which]
 
 
 def balances_of_films(members: Members) -> list[StaticBalance]:
     """The static balances of all members with one film, under constant voltages on the film."""
     _, firsts, which = _alike(members)
-    found = [single_balance(members.system, members.numbers_at(member)) for member in firsts]
-    return [found[place] for place in which]
+    balances = [single_balance(members.system, members.numbers_at(member)) for member in firsts]
+    return [balances[index] for index in which]
 
 
 def _alike(members: Members, *more: Component) -> tuple[Array, npt.NDArray[np.intp], npt.NDArray[np.intp]]:
@@ -75,10 +78,10 @@ def each(function: Callable[..., T], balances: Sequence[StaticBalance], *more: S
 
 def balances_of(model: Ensemble) -> list[StaticBalance]:
     """The static balances of all members; `InputError` if none has a displacement inside its stretch limit."""
-    found = every_balance(model)
-    if not any(balance.reachable for balance in found):
-        raise InputError(model.system.unreachable(found[0].n))
-    return found
+    balances = every_balance(model)
+    if not any(balance.reachable for balance in balances):
+        raise InputError(model.system.unreachable(balances[0].n))
+    return balances
 
 
 def rest_displacement(model: Ensemble) -> float:
@@ -97,21 +100,23 @@ def rest_displacements(model: Ensemble) -> Any:
     """
     members = switched_off(model.members())
     sets, firsts, which = _alike(members)
-    keys = [(members.system, own.tobytes()) for own in sets]
-    found = [_rests.get(key) for key in keys]
+    keys = [(members.system, row.tobytes()) for row in sets]
+    key_rests = [_rests.get(key) for key in keys]
     places, guessed = getattr(_thread, "trail", NO_TRAIL)
     if places is not None:
-        for place in _unknown(found):
-            guess = _continued(members, firsts[place], places.get(members.system))
+        for index in _unknown(key_rests):
+            guess = _continued(members, firsts[index], places.get(members.system))
             if guess is not None:
-                found[place] = guessed[keys[place]] = guess
-    unknown = _unknown(found)
-    for place, rest in zip(unknown, _searched(members, firsts[unknown]), strict=True):
-        found[place] = rest
-    store_rests({key: rest for key, rest in zip(keys, found, strict=True) if rest is not None and key not in guessed})
+                key_rests[index] = guessed[keys[index]] = guess
+    unknown = _unknown(key_rests)
+    for index, rest in zip(unknown, _searched(members, firsts[unknown]), strict=True):
+        key_rests[index] = rest
+    store_rests(
+        {key: rest for key, rest in zip(keys, key_rests, strict=True) if rest is not None and key not in guessed}
+    )
     if places is not None:
-        places[members.system] = found[-1]
-    rests = np.array(found)[which]
+        places[members.system] = key_rests[-1]
+    rests = np.array(key_rests)[which]
     return rests.reshape(model.shape) if model.shape else float(rests[0])
 
 

@@ -128,10 +128,10 @@ class Structure:
     def lines(self) -> tuple[Line, ...]:
         """The circuits and the films that they drive; films of the same voltage share one."""
         shared = tuple(k for k, film in enumerate(self.films) if film.drive in (None, "same"))
-        own = [(k, film.drive) for k, film in enumerate(self.films) if film.drive not in (None, "same")]
+        separate = [(k, film.drive) for k, film in enumerate(self.films) if film.drive not in (None, "same")]
         circuits = {"opposite": self.circuit, "constant": self.circuit.held}
-        more = (Line(circuits[str(drive)], (k,), drive, PREFIX) for k, drive in own)
-        return (Line(self.circuit, shared, None, ""), *more)
+        other_lines = (Line(circuits[str(drive)], (k,), drive, PREFIX) for k, drive in separate)
+        return (Line(self.circuit, shared, None, ""), *other_lines)
 
     @cached_property
     def film_lines(self) -> tuple[Line, ...]:
@@ -159,12 +159,12 @@ class Structure:
     @cached_property
     def _added(self) -> tuple[tuple[Any, PlacedFilm | Bias | Line], ...]:
         """The owners of the components' states, in order, with the names of their places."""
-        found: list[tuple[Any, PlacedFilm | Bias | Line]] = []
+        owners: list[tuple[Any, PlacedFilm | Bias | Line]] = []
         for k, film in enumerate(self.films):
-            found.append((("film", k), film))
-            found += [(("bias",), self.bias)] if k == 0 else []
-            found += [(("line", line.prefix), line) for line in self.lines if line.films[0] == k]
-        return tuple(found)
+            owners.append((("film", k), film))
+            owners += [(("bias",), self.bias)] if k == 0 else []
+            owners += [(("line", line.prefix), line) for line in self.lines if line.films[0] == k]
+        return tuple(owners)
 
     @cached_property
     def _places(self) -> dict[Any, slice]:
@@ -188,12 +188,12 @@ class Structure:
 
     def relaxed(self, x: Any, squares: Sequence[Any], n: Numbers) -> list[Any]:
         """The states of films and bias at rest at x and constant squared voltages; None for those that are unknown."""
-        found: list[Any] = []
+        states: list[Any] = []
         for place, owner in self._added:
             if not isinstance(owner, Line):
-                own = owner.relaxed(x, squares[place[1]], n) if isinstance(owner, PlacedFilm) else None
-                found += [None] * len(owner.states) if own is None else own
-        return found
+                rest_states = owner.relaxed(x, squares[place[1]], n) if isinstance(owner, PlacedFilm) else None
+                states += [None] * len(owner.states) if rest_states is None else rest_states
+        return states
 
     @cached_property
     def numbers(self) -> tuple[str, ...]:
@@ -234,10 +234,10 @@ class Structure:
             for line in self.lines[1:]
         ]
         parts = [part.numbers(values) for part in (self.bias, self.films[0], self.waveform, self.circuit)]
-        for own in [*parts, *(film.numbers(values) for film in self.films[1:]), *of_lines]:
-            if doubled := numbers.keys() & own.keys():
+        for part_numbers in [*parts, *(film.numbers(values) for film in self.films[1:]), *of_lines]:
+            if doubled := numbers.keys() & part_numbers.keys():
                 raise InputError(f"{min(doubled)}: two components give a number of this name; give one of them another")
-            numbers |= own
+            numbers |= part_numbers
         return numbers
 
     @property

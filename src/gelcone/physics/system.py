@@ -84,10 +84,10 @@ class ConeSystem(SystemAtRest):
 
     def currents(self, tau: Any, z: Sequence[Any], n: Numbers) -> list[Any]:
         """Currents into the films along a motion, of numbers or arrays: the rates of their charges, and their leaks."""
-        found = iter(self._values(_total_rates, tau, z, n, _charges))
+        charge_rates = iter(self._values(_total_rates, tau, z, n, _charges))
         moving = zip(self.films, self.voltages(tau, z, n), self.voltage_rates(tau, z, n), strict=True)
         rates = [
-            next(found) if film.film.traced_charge else film.current(z[0], z[1], voltage, rate, n)
+            next(charge_rates) if film.film.traced_charge else film.current(z[0], z[1], voltage, rate, n)
             for film, voltage, rate in moving
         ]
         leaks = zip(rates, self.leaks(tau, z, n), strict=True)
@@ -139,14 +139,14 @@ class ConeSystem(SystemAtRest):
         return self._moment(tau, z, self._switched(tau, z, n, xp), xp).rates()
 
     def _switched(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any) -> Numbers:
-        own = self.switches(tau, z, n) if xp is np else {}
-        return {**n, **own} if own else n
+        switches = self.switches(tau, z, n) if xp is np else {}
+        return {**n, **switches} if switches else n
 
     @cached_property
     def mechanical(self) -> list[int]:
         """The indices of the states that do not belong to a circuit."""
-        own = [place for owner, place in self._places.items() if owner[0] != "line"]
-        return [*range(len(DISC)), *(i for place in own for i in range(place.start, place.stop))]
+        slices = [place for owner, place in self._places.items() if owner[0] != "line"]
+        return [*range(len(DISC)), *(i for place in slices for i in range(place.start, place.stop))]
 
     def rates_held(self, squares: Sequence[Any], z: Sequence[Any], n: Numbers, xp: Any = np) -> list[Any]:
         """Rates of change of the `mechanical` states at given squared voltages on the films."""
@@ -171,13 +171,13 @@ class ConeSystem(SystemAtRest):
             return rates, [[0.0, 1.0], [slope, -2.0 * n["damping_ratio"]]]
         if not traced(xp):
             return rates, [row[1:] for row in self.rates_and_slopes(tau, z, n)[1]]
-        own, charges = self.deviating(tau, z, n, xp)
-        slopes = jacobian(own, z)
-        for place, charge in charges.items():
+        deviations, charges = self.deviating(tau, z, n, xp)
+        slopes = jacobian(deviations, z)
+        for index, charge in charges.items():
             by = [derivatives([charge], leaf)[0] for leaf in z]
             for row in slopes:
-                share = row[place] / by[place]
-                row[:] = [share if j == place else slope - share * by[j] for j, slope in enumerate(row)]
+                share = row[index] / by[index]
+                row[:] = [share if j == index else slope - share * by[j] for j, slope in enumerate(row)]
         return rates, slopes
 
     @cached_property
@@ -230,19 +230,19 @@ class ConeSystem(SystemAtRest):
     def borders(self) -> tuple[tuple[int | None, Border], ...]:
         """All borders with the index of their film; those of circuits follow, with None. The value of each is
         ``value(tau, z, n, xp)``."""
-        found: list[tuple[int | None, Border]] = []
+        borders: list[tuple[int | None, Border]] = []
         for k, film in enumerate(self.films):
             carried = self.film_lines[k].circuit.carries_voltage
-            own = [border for border in film.borders if not (border.folds and carried)]
-            found += [(k, replace(border, value=partial(self._film_value, k, border))) for border in own]
+            film_borders = [border for border in film.borders if not (border.folds and carried)]
+            borders += [(k, replace(border, value=partial(self._film_value, k, border))) for border in film_borders]
         for line in self.lines:
             for border in line.circuit.borders:
                 value = partial(self._line_value, line, border)
-                found.append((None, replace(border, value=value, switch=line.prefix + str(border.switch))))
-            for place, k in enumerate(line.films):
+                borders.append((None, replace(border, value=value, switch=line.prefix + str(border.switch))))
+            for index, k in enumerate(line.films):
                 if line.circuit.carries_voltage and self.films[k].film.folds:
-                    found.append((k, Border(partial(self._fold_value, line, place), seldom=True)))
-        return tuple(found)
+                    borders.append((k, Border(partial(self._fold_value, line, index), seldom=True)))
+        return tuple(borders)
 
     def _film_value(self, k: int, border: Border, tau: Any, z: Sequence[Any], n: Numbers, xp: Any) -> Any:
         squared = self._moment(tau, z, n, xp).squared(k)
@@ -278,12 +278,12 @@ class ConeSystem(SystemAtRest):
         lossy = any(film.film.dissipates for film in self.films)
         losses = self.circuit.losses
         simple = all(film.film.linear_charge for film in self.films)
-        own = ["film"] if lossy else []
+        film_losses = ["film"] if lossy else []
         fitted = any(film.film.fitted_charge for film in self.films)
         exact = not fitted and (simple or lossy)
         if not all(film.film.traced_charge for film in self.films) or not (exact or losses):
-            return ("motion", "damper", *own)
-        return ("motion", "damper", *own, "source", *losses)
+            return ("motion", "damper", *film_losses)
+        return ("motion", "damper", *film_losses, "source", *losses)
 
     @property
     def bounding_powers(self) -> int:
@@ -293,12 +293,12 @@ class ConeSystem(SystemAtRest):
 
     def powers(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> tuple[Any, ...]:
         """The power by each of the `causes`; the first two alone where ``xp`` is neither NumPy nor a graph."""
-        found = self._moment(tau, z, n, xp).mechanical_powers()
-        if len(self.causes) == len(found) or not (traced(xp) or xp is np):
-            return found
+        powers = self._moment(tau, z, n, xp).mechanical_powers()
+        if len(self.causes) == len(powers) or not (traced(xp) or xp is np):
+            return powers
         if traced(xp):
-            return (*found, *self._moment(tau, z, n, xp).electric_powers(xp.time, z, self.causes[2:]))
-        return (*found, *self._values(_electric_powers, tau, z, n))
+            return (*powers, *self._moment(tau, z, n, xp).electric_powers(xp.time, z, self.causes[2:]))
+        return (*powers, *self._values(_electric_powers, tau, z, n))
 
     # --- the forcing -------------------------------------------------------------------------------------------------
 

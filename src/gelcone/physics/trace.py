@@ -105,12 +105,12 @@ class Graph:
         Newton step, over the larger of the root and 1: of several roots a search in short steps finds the first. It
         fails, and the root is NaN, where the residual does not rise with the root.
         """
-        own = self._leaf("root", name)
-        equation = self.node(residual(own, *at, self))
-        if self.equations.setdefault(own.index, equation) is not equation:
+        leaf = self._leaf("root", name)
+        equation = self.node(residual(leaf, *at, self))
+        if self.equations.setdefault(leaf.index, equation) is not equation:
             raise ValueError(f"root {name!r}: stands for two equations; give one of them another name")
-        self.guesses[own.index], self.longest[own.index] = self.node(first(*at, self)), longest
-        return own
+        self.guesses[leaf.index], self.longest[leaf.index] = self.node(first(*at, self)), longest
+        return leaf
 
     def constant(self, value: float) -> Node:
         """A number that all members share."""
@@ -122,8 +122,8 @@ class Graph:
         if isinstance(value, Node):
             return value
         if np.ndim(value):
-            own = np.asarray(value)
-            return self._intern("array", (), value, False, (own.shape, str(own.dtype), own.tobytes()))
+            array = np.asarray(value)
+            return self._intern("array", (), value, False, (array.shape, str(array.dtype), array.tobytes()))
         return self.constant(value)
 
     # --- arithmetic ----------------------------------------------------------------------------------------------
@@ -319,10 +319,13 @@ def partner(node: Node) -> Node:
 def fingerprint(roots: Sequence[Node]) -> str:
     """A text that is equal for equal expressions, also between processes."""
     solved = [node for node in ordered(roots) if node.operation == "root"]
-    own = [each[node.index] for node in solved for each in (node.graph.equations, node.graph.guesses)]
-    nodes = ordered([*roots, *own])
+    definitions = [each[node.index] for node in solved for each in (node.graph.equations, node.graph.guesses)]
+    nodes = ordered([*roots, *definitions])
     place = {node.index: i for i, node in enumerate(nodes)}
     values = [node.value.hex() if node.operation == "constant" else node.value for node in nodes]
-    rows = [(n.operation, [place[a.index] for a in n.arguments], own) for n, own in zip(nodes, values, strict=True)]
+    rows = [
+        (n.operation, [place[a.index] for a in n.arguments], definitions)
+        for n, definitions in zip(nodes, values, strict=True)
+    ]
     longest = [node.graph.longest[node.index].hex() for node in solved]
-    return repr((rows, [place[root.index] for root in roots], [place[node.index] for node in own], longest))
+    return repr((rows, [place[root.index] for root in roots], [place[node.index] for node in definitions], longest))

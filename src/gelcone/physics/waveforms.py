@@ -180,9 +180,9 @@ class HalfWave(Pieced):
         return gate * (n["voltage_bias"] + n["voltage"] * xp.sin(phase))
 
     def samples(self, n: Numbers, count: int = PHASES) -> Array:
-        own = {name: np.asarray(value)[..., None] for name, value in n.items()}
+        numbers = {name: np.asarray(value)[..., None] for name, value in n.items()}
         phase = 2.0 * np.pi * np.arange(count) / count
-        return np.maximum(own["voltage_bias"] + own["voltage"] * np.sin(phase), 0.0)
+        return np.maximum(numbers["voltage_bias"] + numbers["voltage"] * np.sin(phase), 0.0)
 
     def peak(self, n: Numbers) -> Any:
         return np.maximum(np.asarray(n["voltage_bias"]) + n["voltage"], 0.0)[()]
@@ -389,7 +389,7 @@ class Samples(Pieced):
     def __post_init__(self) -> None:
         _check_flags(self.name, repeat=self.repeat, jump=self.jump)
         check_name("interpolation", self.interpolation, INTERPOLATIONS)
-        shares, values = (_list_of_numbers(f"samples: {own}", getattr(self, own)) for own in ("shares", "values"))
+        shares, values = (_list_of_numbers(f"samples: {name}", getattr(self, name)) for name in ("shares", "values"))
         if not 2 <= shares.size == values.size <= MOST_PIECES:
             raise InputError(f"samples: takes 2 to {MOST_PIECES} values, as many as shares")
         if not (shares[0] == 0.0 and shares[-1] == 1.0 and (np.diff(shares) >= CLOSEST).all()):

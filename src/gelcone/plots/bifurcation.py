@@ -129,10 +129,10 @@ def section_points(diagram: xr.Dataset, axes: Axes, *, grey: bool = False) -> No
     name = diagram.attrs["parameter"]
     size = marker_size(diagram)
     for branch, style in branch_styles(diagram).items():
-        own = diagram.sel(branch=branch)
-        x = own["section"].isel(state=0).transpose(name, ...).values
+        sweep = diagram.sel(branch=branch)
+        x = sweep["section"].isel(state=0).transpose(name, ...).values
         values = np.broadcast_to(diagram[name].values[:, None], x.shape)
-        fails = invalid_cells(own, name)
+        fails = invalid_cells(sweep, name)
         for chosen, pale in ((fails, True), (~fails, False)):
             look = marks_of((shade(style[0], PALE) if pale else style[0], *style[1:]), size)
             if grey:
@@ -158,9 +158,9 @@ def largest_exponent(diagram: xr.Dataset, axes: Axes) -> None:
     axes.axhline(0.0, color=GREY, lw=0.8)
     size = marker_size(diagram)
     for branch, style in branch_styles(diagram).items():
-        own = diagram.sel(branch=branch)
-        value, error = (own[n].isel(exponent=0) for n in ("lyapunov", "standard_error"))
-        along = own[diagram.attrs["parameter"]]
+        sweep = diagram.sel(branch=branch)
+        value, error = (sweep[n].isel(exponent=0) for n in ("lyapunov", "standard_error"))
+        along = sweep[diagram.attrs["parameter"]]
         if size < SMALLEST_SHAPE:
             axes.fill_between(along, value - error, value + error, color=style[0], alpha=0.35, lw=0.0)
             axes.plot(along, value, color=style[0], lw=0.5 + 0.4 * style[2])
@@ -173,9 +173,9 @@ def extent(diagram: xr.Dataset, axes: Axes) -> None:
     """Lowest and highest displacement."""
     size = marker_size(diagram)
     for branch, style in branch_styles(diagram).items():
-        own = diagram.sel(branch=branch)
+        sweep = diagram.sel(branch=branch)
         for end in ("lowest", "highest"):
-            axes.plot(own[diagram.attrs["parameter"]], own[end], lw=0.5, **marks_of(style, size))
+            axes.plot(sweep[diagram.attrs["parameter"]], sweep[end], lw=0.5, **marks_of(style, size))
     axes.set_ylabel(axis_label(diagram["lowest"], "lowest and highest\ndisplacement"))
 
 
@@ -188,10 +188,10 @@ def slack_states(diagram: xr.Dataset) -> list[str]:
 def slack_shares(diagram: xr.Dataset, names: list[str], axes: Axes) -> None:
     """The share of time in each slack state of the film, on the branch drawn on top."""
     (*_, branch) = branch_styles(diagram)
-    own = diagram.sel(branch=branch)
+    sweep = diagram.sel(branch=branch)
     for colour, name in zip((SKY, GREEN, VERMILION, BLUE, YELLOW, GREY), names, strict=False):
         prefix = "2: " if name.startswith("second") else ""
-        axes.plot(own[diagram.attrs["parameter"]], own[name], ".-", color=colour, ms=3.0, lw=0.8)
+        axes.plot(sweep[diagram.attrs["parameter"]], sweep[name], ".-", color=colour, ms=3.0, lw=0.8)
         axes.plot([], [], color=colour, label=prefix + SLACK[name.partition("film_state_")[2]])
     axes.set_ylim(-0.05, 1.05)
     axes.set_ylabel("share of\nthe time")
@@ -226,8 +226,8 @@ def refined_edges(diagram: xr.Dataset, branch: str) -> Array:
     """Borders of a branch's cells: halfway between values, or at the change of regime found by bisection."""
     values = diagram[diagram.attrs["parameter"]].values
     borders = edges(values)
-    own = diagram["threshold_branch"].values == branch
-    low, high = diagram["threshold_low"].values[own], diagram["threshold_high"].values[own]
+    is_on_branch = diagram["threshold_branch"].values == branch
+    low, high = diagram["threshold_low"].values[is_on_branch], diagram["threshold_high"].values[is_on_branch]
     borders[np.searchsorted(values, high)] = 0.5 * (low + high)
     return borders
 

@@ -96,17 +96,17 @@ def stability_parts(stable: Array) -> tuple[Which, Which]:
 
 def with_neighbours(which: Which) -> Which:
     """The mask extended by one point on either side."""
-    found = which.copy()
-    found[1:] |= which[:-1]
-    found[:-1] |= which[1:]
-    return found
+    extended = which.copy()
+    extended[1:] |= which[:-1]
+    extended[:-1] |= which[1:]
+    return extended
 
 
 def orbits(result: xr.Dataset, axes: Axes) -> None:
     """All branches, solid where stable and dashed where unstable; mirror images in a lighter tone."""
-    for own, parts in branches_of(result):
-        colour, value, lines = colour_of(own), own["value"].values, sections_of(own)
-        image = has_mirror(result) and not bool(own["symmetric"]) and not bool(own["resting"])
+    for branch, parts in branches_of(result):
+        colour, value, lines = colour_of(branch), branch["value"].values, sections_of(branch)
+        image = has_mirror(result) and not bool(branch["symmetric"]) and not bool(branch["resting"])
         for which, style, width, alpha in parts:
             shown, look = np.where(which[:, None], lines, np.nan), {"color": colour, "ls": style, "lw": width}
             axes.plot(value, shown, **look, alpha=alpha, zorder=2.0 + (style == "-"))
@@ -164,14 +164,14 @@ def events(
 ) -> None:
     """A marker for each event, open if subcritical, at the ``heights`` of its branch and event."""
     for k in range(result.sizes["event"]):
-        own = result.isel(event=k)
-        branch = result.isel(branch=int(own["event_branch"]))
-        kind, period = event_label(own["event_kind"]), int(branch["period"])
-        if period > FEW and not ends_stability(branch, own):
+        event = result.isel(event=k)
+        branch = result.isel(branch=int(event["event_branch"]))
+        kind, period = event_label(event["event_kind"]), int(branch["period"])
+        if period > FEW and not ends_stability(branch, event):
             continue
-        at = heights(branch, own)
-        filled = int(own["event_supercritical"]) != 0
-        axes.plot(np.full(at.size, float(own["event_value"])), at, **event_marks(kind, colour_of(branch), filled))
+        at = heights(branch, event)
+        filled = int(event["event_supercritical"]) != 0
+        axes.plot(np.full(at.size, float(event["event_value"])), at, **event_marks(kind, colour_of(branch), filled))
 
 
 def ends_stability(branch: xr.Dataset, event: xr.Dataset) -> bool:
@@ -189,10 +189,10 @@ def event_marks(kind: str, colour: str, filled: bool = True) -> dict[str, Any]:
 def exponents(result: xr.Dataset, axes: Axes) -> None:
     """Largest exponent of each orbit, and the zero line."""
     axes.axhline(0.0, color=GREY, lw=0.8)
-    for own, parts in branches_of(result):
-        value, growth = own["value"].values, own["lyapunov"].values
+    for branch, parts in branches_of(result):
+        value, growth = branch["value"].values, branch["lyapunov"].values
         for which, style, width, alpha in parts:
-            axes.plot(value, np.where(which, growth, np.nan), color=colour_of(own), ls=style, lw=width, alpha=alpha)
+            axes.plot(value, np.where(which, growth, np.nan), color=colour_of(branch), ls=style, lw=width, alpha=alpha)
     growth = result["lyapunov"].values
     low, high = np.nanquantile(growth, [0.01, 0.99])
     low, high = min(low, 0.0), max(high, 0.0)
@@ -204,10 +204,10 @@ def exponents(result: xr.Dataset, axes: Axes) -> None:
 def event_ticks(result: xr.Dataset, panels: tuple[Axes, ...]) -> None:
     """A thin line through all panels at each event that ends a stable part; a short tick at every event."""
     for k in range(result.sizes["event"]):
-        own = result.isel(event=k)
-        branch = result.isel(branch=int(own["event_branch"]))
-        value, colour = float(own["event_value"]), colour_of(branch)
-        if ends_stability(branch, own):
+        event = result.isel(event=k)
+        branch = result.isel(branch=int(event["event_branch"]))
+        value, colour = float(event["event_value"]), colour_of(branch)
+        if ends_stability(branch, event):
             for axes in panels:
                 axes.axvline(value, color=colour, lw=0.5, alpha=0.4, zorder=0.5)
         foot = panels[-1].get_xaxis_transform()

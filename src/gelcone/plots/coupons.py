@@ -41,15 +41,15 @@ def coupon_figure(result: xr.Dataset) -> Figure:
 def draw_test(result: xr.Dataset, k: int, axes: Axes) -> None:
     """One test over stretch, or over time for relaxation and creep: measured stress (dots), fitted stress (line),
     prediction from the other tests (dashed) with its band."""
-    own = result.isel(sample=np.flatnonzero(result["sample_test"].values == k))
+    samples = result.isel(sample=np.flatnonzero(result["sample_test"].values == k))
     over_time = str(result["test_kind"].values[k]) in ("relaxation", "creep")
-    x = own["time"].values / 3600.0 if over_time else own["stretch"].values
-    axes.plot(x, own["stress"], ".", color=BLACK, ms=3.0, label="measured", zorder=3)
-    axes.plot(x, own["predicted"], color=BLUE, label="material")
-    left_out = own["left_out"].values
+    x = samples["time"].values / 3600.0 if over_time else samples["stretch"].values
+    axes.plot(x, samples["stress"], ".", color=BLACK, ms=3.0, label="measured", zorder=3)
+    axes.plot(x, samples["predicted"], color=BLUE, label="material")
+    left_out = samples["left_out"].values
     band = float(result.attrs["band"]) * float(result["largest_stress"][k])
     axes.plot(x, left_out, "--", color=VERMILION, lw=0.9, label="predicted from the other tests")
-    centre = left_out if np.isfinite(left_out).all() else own["predicted"].values
+    centre = left_out if np.isfinite(left_out).all() else samples["predicted"].values
     if np.isfinite(band) and np.isfinite(centre).all():
         parts = _pieces(x)
         for j, part in enumerate(parts):

@@ -99,15 +99,15 @@ def _columns(count: int, toleranced: bool) -> tuple[np.ndarray, np.ndarray]:
 
 def over_displacement(result: xr.Dataset, axes: Axes) -> None:
     """Force on a load at each voltage, with blocked force, free stroke, and the work of the last voltage's stroke."""
-    place, rest = result["displacement"].values, float(result["rest_displacement"])
+    heights, rest = result["displacement"].values, float(result["rest_displacement"])
     for colour, k in zip(CYCLE, range(result.sizes["constant_voltage"]), strict=False):
-        own = result.isel(constant_voltage=k)
-        axes.plot(place, -own["force"].values, color=colour, label=sized(own["constant_voltage"]))
-        axes.plot(rest, own["blocked_force"], "o", color=colour, ms=4.0, zorder=3)
-        axes.plot(rest + own["stroke"], 0.0, "D", color=colour, ms=4.0, mfc="white", zorder=3)
-    end = rest + float(own["stroke"])
-    inside = (place >= rest) & (place <= end)
-    axes.fill_between(place, 0.0, -own["force"].values, where=inside, color=SKY, alpha=0.3, lw=0)
+        curve = result.isel(constant_voltage=k)
+        axes.plot(heights, -curve["force"].values, color=colour, label=sized(curve["constant_voltage"]))
+        axes.plot(rest, curve["blocked_force"], "o", color=colour, ms=4.0, zorder=3)
+        axes.plot(rest + curve["stroke"], 0.0, "D", color=colour, ms=4.0, mfc="white", zorder=3)
+    end = rest + float(curve["stroke"])
+    inside = (heights >= rest) & (heights <= end)
+    axes.fill_between(heights, 0.0, -curve["force"].values, where=inside, color=SKY, alpha=0.3, lw=0)
     axes.axhline(0.0, color=GREY, lw=0.6)
     name_axes(axes, result["displacement"], result["force"], "height", "force on a load")
     axes.legend(fontsize=7.0, loc="lower left")

@@ -26,9 +26,9 @@ def drawn_figure(result: xr.Dataset) -> Figure:
         axes = figure.add_subplot()
         branches = list(map(str, whole["branch"].values)) if "branch" in whole.dims else [""]
         for colour, branch in zip(CYCLE, branches, strict=False):
-            own = (whole.sel(branch=branch) if branch else whole).transpose("draw", "drive_frequency").values
-            lost = 1.0 - float(np.isfinite(own).mean())
-            low, middle, high = spread(np.where(np.isfinite(own), own, np.nan))
+            values = (whole.sel(branch=branch) if branch else whole).transpose("draw", "drive_frequency").values
+            lost = 1.0 - float(np.isfinite(values).mean())
+            low, middle, high = spread(np.where(np.isfinite(values), values, np.nan))
             swept = f", swept {branch}" * bool(branch) + f", without a value in {lost:.2g} of them" * bool(lost)
             axes.fill_between(frequency, low, high, color=colour, alpha=0.25, lw=0.0, label=f"95 % of the draws{swept}")
             axes.plot(frequency, middle, color=colour, lw=1.2, label=f"median{swept}")

@@ -58,8 +58,8 @@ def driven_limits(envelope: xr.Dataset, axes: Axes) -> None:
     highest = float(envelope["peak_voltage"].max())
     window = envelope["recommended_peak"].values
     if (window > 0.0).any():
-        there = window > 0.0  # a gap where there is no window, instead of a slope down to 0
-        axes.fill_between(frequency, 0.0, window, there, color=GREEN, alpha=0.18, lw=0, label="recommended window")
+        has_window = window > 0.0  # a gap where there is no window, instead of a slope down to 0
+        axes.fill_between(frequency, 0.0, window, has_window, color=GREEN, alpha=0.18, lw=0, label="recommended window")
     looks = zip(envelope["driven_limit"].values, (BLACK, *CYCLE), MARKERS, strict=False)
     for row, (name, colour, marker) in enumerate(looks):
         low, high = envelope["limit_low"].values[row], envelope["limit_high"].values[row]
@@ -72,21 +72,21 @@ def driven_limits(envelope: xr.Dataset, axes: Axes) -> None:
             axes.plot([], [], **look, label="dielectric breakdown: unknown,\nno strength given")
     styles = ("-", "--", "-.", ":", (0, (5, 1)), (0, (1, 1)))
     voltages = envelope["static_limit_voltage"].values
-    held = "drive held at its peak" if held_at_peak(envelope) else "quasi-static"
+    static_words = "drive held at its peak" if held_at_peak(envelope) else "quasi-static"
     if (time := envelope.get("holding_time")) is not None:
-        held = f"held for {lasting(float(time), time, 3)}"
+        static_words = f"held for {lasting(float(time), time, 3)}"
     for name, voltage, style in zip(envelope["static_limit"].values, voltages, styles, strict=True):
         if np.isfinite(voltage) and voltage <= 1.05 * highest:
-            axes.axhline(voltage, color=GREY, ls=style, lw=0.8, label=f"{limit_label(envelope, name)}, {held}")
+            axes.axhline(voltage, color=GREY, ls=style, lw=0.8, label=f"{limit_label(envelope, name)}, {static_words}")
     coexisting_motions(envelope, axes)
-    own = float(envelope["operating_frequency"]), float(envelope["operating_peak_voltage"])
-    if frequency[0] <= own[0] <= frequency[-1]:
-        axes.plot(*own, "*", color=BLACK, ms=8.0, ls="", label="the device's drive")
+    operating_point = float(envelope["operating_frequency"]), float(envelope["operating_peak_voltage"])
+    if frequency[0] <= operating_point[0] <= frequency[-1]:
+        axes.plot(*operating_point, "*", color=BLACK, ms=8.0, ls="", label="the device's drive")
     frequency_axis(envelope, axes)
     axes.autoscale_view()
     axes.set_ylim(0.0, min(1.05 * highest, 1.1 * axes.dataLim.ymax))
-    more = IN_PROPORTION if held_at_peak(envelope) else ""
-    axes.set_ylabel(axis_label(envelope["peak_voltage"], f"peak voltage{more}"))
+    proportion = IN_PROPORTION if held_at_peak(envelope) else ""
+    axes.set_ylabel(axis_label(envelope["peak_voltage"], f"peak voltage{proportion}"))
 
 
 def limit_label(envelope: xr.Dataset, name: str) -> str:
@@ -164,11 +164,11 @@ def window_yield(envelope: xr.Dataset, axes: Axes) -> None:
 def twin_curves(axes: Axes, x: np.ndarray, left: xr.DataArray, name: str, right: xr.DataArray, other_name: str) -> None:
     """One curve on the left axis and one, dashed, on the right; both axes start at 0 unless values are negative."""
     other = second_axes(axes, left, name, right, other_name)
-    for own, values, colour, style in ((axes, left, BLUE, "-"), (other, right, VERMILION, "--")):
-        own.plot(x, values, color=colour, ls=style)
+    for panel, values, colour, style in ((axes, left, BLUE, "-"), (other, right, VERMILION, "--")):
+        panel.plot(x, values, color=colour, ls=style)
         small = not (np.abs(np.nan_to_num(values.values)) > 1e-9).any()
         if small:
-            own.set_ylim(0.0, 1.0)
-            own.set_yticks([0.0])
+            panel.set_ylim(0.0, 1.0)
+            panel.set_yticks([0.0])
         elif not (values.values < 0.0).any():
-            own.set_ylim(bottom=0.0)
+            panel.set_ylim(bottom=0.0)

@@ -64,7 +64,7 @@ def add_footnote(figure: Figure, text: str) -> None:
     engine: Any = figure.get_layout_engine()
     engine.set(rect=(0.0, share, 1.0, 1.0 - share))
     for legend in figure.legends:
-        own: Any = legend
-        if own._outside_loc == "lower":  # a legend outside stays at the figure's edge, not at the layout's
-            own.borderaxespad += 72.0 * room / own.prop.get_size_in_points()
+        legend_box: Any = legend
+        if legend_box._outside_loc == "lower":  # a legend outside stays at the figure's edge, not at the layout's
+            legend_box.borderaxespad += 72.0 * room / legend_box.prop.get_size_in_points()
     figure.text(0.01, 0.04 / (height + room), "\n".join(lines), fontsize=6.0, color=GREY, va="bottom", linespacing=1.1)

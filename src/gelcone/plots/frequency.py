@@ -78,21 +78,21 @@ def strokes(response: xr.Dataset, axes: Axes) -> None:
     """Both sweeps with their jumps, motions that do not repeat with the drive, and the stroke of linear theory."""
     frequency = response["drive_frequency"].values
     for branch, look in LOOKS.items():
-        own = response.sel(branch=branch)
+        sweep = response.sel(branch=branch)
         shown = look if frequency.size <= FEW else look | {"marker": ""}
-        curve(own, axes, shown | {"label": f"swept {branch}"})
-        failed = own["outcome"].values > 0
-        at, label = frequency[failed], f"{failed_in_words(own['outcome'])}, {branch}"
+        curve(sweep, axes, shown | {"label": f"swept {branch}"})
+        failed = sweep["outcome"].values > 0
+        at, label = frequency[failed], f"{failed_in_words(sweep['outcome'])}, {branch}"
         if at.size:
             mark = {"color": look["color"], "marker": "x", "ms": 4.5, "ls": "", "clip_on": False}
             axes.plot(at, np.zeros(at.size), **mark, label=label)
-        for (label, which), fill in zip(kinds_of_motion(own).items(), ("white", BLACK), strict=True):
+        for (label, which), fill in zip(kinds_of_motion(sweep).items(), ("white", BLACK), strict=True):
             name = f"{label}, swept {branch}" if bool(which.any()) else None
-            axes.plot(frequency, own["stroke"].where(which), **RINGS, mfc=fill, mec=look["color"], label=name)
-        peak = 2.0 * own["peak_amplitude"]
+            axes.plot(frequency, sweep["stroke"].where(which), **RINGS, mfc=fill, mec=look["color"], label=name)
+        peak = 2.0 * sweep["peak_amplitude"]
         peak = peak.where(peak > REST_ROOM)
         named = f"highest, {branch}" if bool(peak.notnull().any()) else None
-        axes.plot(own["peak_frequency"], peak, "D", ms=5.0, mfc="none", mec=look["color"], label=named)
+        axes.plot(sweep["peak_frequency"], peak, "D", ms=5.0, mfc="none", mec=look["color"], label=named)
     linear_strokes(response, axes)
     arrows(response, axes)
     strokes = np.array([*response["stroke"].values.ravel(), *(2.0 * response["peak_amplitude"].values)])
@@ -113,11 +113,11 @@ def branch_strokes(response: xr.Dataset, followed: xr.Dataset, axes: Axes) -> No
     grey: dict[str, Any] = {"ls": "", "marker": ".", "color": BRUTE_FORCE, "ms": 5.0, "mec": "none", "zorder": 1.0}
     for values in (*response["stroke"].values, *response["fixed_stroke"].values):
         axes.plot(frequency, values, **grey)
-    for own, parts in branches_of(followed):
+    for branch, parts in branches_of(followed):
         for which, style, width, alpha in parts:
-            height = np.where(which, stroke_of(own), np.nan)
-            look = {"color": colour_of(own), "ls": style, "lw": width, "alpha": alpha}
-            axes.plot(own["value"], height, **look, zorder=2.2 + 0.3 * (style == "-"))
+            height = np.where(which, stroke_of(branch), np.nan)
+            look = {"color": colour_of(branch), "ls": style, "lw": width, "alpha": alpha}
+            axes.plot(branch["value"], height, **look, zorder=2.2 + 0.3 * (style == "-"))
     events(followed, axes, stroke_of_event)
     linear_strokes(response, axes)
     flags(followed, axes)
@@ -184,13 +184,13 @@ def arrows(response: xr.Dataset, axes: Axes) -> None:
 def phases(response: xr.Dataset, axes: Axes, looks: Mapping[str, dict[str, Any]] = LOOKS) -> None:
     """Phase of the harmonic that the drive excites most according to linear theory."""
     harmonic = int(response["linear_amplitude"].max("drive_frequency").fillna(0.0).argmax("harmonic"))
-    own = response.isel(harmonic=harmonic)
+    at_harmonic = response.isel(harmonic=harmonic)
     frequency = response["drive_frequency"].values
     for branch, look in looks.items():
-        values = _without_turns(own["harmonic_phase"].sel(branch=branch).values)
+        values = _without_turns(at_harmonic["harmonic_phase"].sel(branch=branch).values)
         axes.plot(frequency, values, **{name: look[name] for name in ("color", "lw", "ls", "label") if name in look})
-    axes.plot(frequency, _without_turns(own["linear_phase"].values), **LINEAR)
-    multiple = int(own["harmonic"])
+    axes.plot(frequency, _without_turns(at_harmonic["linear_phase"].values), **LINEAR)
+    multiple = int(at_harmonic["harmonic"])
     name = "phase" if multiple == 1 else f"phase at {multiple} x\nthe drive frequency"
     axes.set_ylabel(f"{name}\n(degrees)")
     axes.set_ylim(-315.0, 45.0)

@@ -50,9 +50,9 @@ def _over(result: xr.Dataset, on: xr.Dataset) -> Figure:
         drawn = curves(result, axes, across, outlined=True)
         axes.set(xlim=limits[0], ylim=limits[1])
     named = dict(zip(*panels[0].get_legend_handles_labels()[::-1], strict=True))
-    own = {label: handle for label, handle in named.items() if label in drawn}
+    handles = {label: handle for label, handle in named.items() if label in drawn}
     figure.set_figheight(figure.get_figheight() + 0.3)
-    figure.legend(own.values(), own.keys(), loc="outside lower center", ncols=3, fontsize=8.0, frameon=False)
+    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3, fontsize=8.0, frameon=False)
     return figure
 
 
@@ -61,15 +61,15 @@ def _axes_of(result: xr.Dataset, on: xr.Dataset) -> tuple[str, str]:
     title = str(on.attrs.get("title", "")).partition(":")[0]
     names = ["drive_frequency", "voltage"] if title == TONGUES else [str(dim) for dim in on.get("regime", on).dims]
     same = {number.field: parameter for parameter, number in SHIPPED.items()} if title == TONGUES else {}
-    own = {same.get(name, name): name for name in names_of(result)}
-    if title not in (TONGUES, "parameter map", "sweep") or set(names) != set(own):
+    pair = {same.get(name, name): name for name in names_of(result)}
+    if title not in (TONGUES, "parameter map", "sweep") or set(names) != set(pair):
         raise InputError(
-            f"on: is {title or 'no result'!r} over {', '.join(names)}; curves over {' and '.join(own)} are drawn on a "
+            f"on: is {title or 'no result'!r} over {', '.join(names)}; curves over {' and '.join(pair)} are drawn on a "
             "map or tongues over these two"
         )
-    if [on[name].attrs.get("units") for name in names] != [result[own[name]].attrs.get("units") for name in names]:
+    if [on[name].attrs.get("units") for name in names] != [result[pair[name]].attrs.get("units") for name in names]:
         raise InputError("on: is in other units than the curves; give both of the same device")
-    return own[names[0]], own[names[1]]
+    return pair[names[0]], pair[names[1]]
 
 
 def names_of(result: xr.Dataset) -> tuple[str, str]:
@@ -106,9 +106,9 @@ def curves(result: xr.Dataset, axes: Axes, across: str | None = None, *, outline
     for e in range(result.sizes["event"]):
         own = result.isel(event=e)
         kind = event_label(own["event_kind"])
-        place = {name: float(own[f"event_{p}"]) for p, name in zip(("first", "second"), names, strict=True)}
+        position = {name: float(own[f"event_{p}"]) for p, name in zip(("first", "second"), names, strict=True)}
         label = "" if kind in named else kind
-        axes.plot([place[x]], [place[y]], MARKERS[kind], ms=6.0, color=BLACK, mec="white", mew=0.4, label=label)
+        axes.plot([position[x]], [position[y]], MARKERS[kind], ms=6.0, color=BLACK, mec="white", mew=0.4, label=label)
         named.add(kind)
     if (result["curvature"].values < 0.0).any():
         axes.plot([], [], color=GREY, lw=0.9, ls=DASHED, label=BELOW)

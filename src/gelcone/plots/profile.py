@@ -28,20 +28,20 @@ def profile_figure(result: xr.Dataset) -> Figure:
     """The held states of the first actuator; with several heights and voltages also the capacitance over both."""
     member = members_of(result, [0])[0][1]
     films = films_of(member)
-    own = next(iter(films.values()))
+    first_film = next(iter(films.values()))
     sensing = min(member.sizes["height"], member.sizes["constant_voltage"]) > 1
 
     def draw(figure: Figure) -> None:
         grid = figure.add_gridspec(2, 6, height_ratios=[1.2, 1.0])
-        states, top = _states(own), figure.add_subplot(grid[0, :])
+        states, top = _states(first_film), figure.add_subplot(grid[0, :])
         cone_profile(films, states, top)
         if len(films) > 1:
             top.set_title("above: both films; below: the first film alone", loc="left", fontsize=7.0)
         columns = [grid[1, :2], grid[1, 2:4], grid[1, 4:]] if sensing else [grid[1, :3], grid[1, 3:]]
-        stretches(own, states, figure.add_subplot(columns[0]))
-        fields(own, states, figure.add_subplot(columns[1]))
+        stretches(first_film, states, figure.add_subplot(columns[0]))
+        fields(first_film, states, figure.add_subplot(columns[1]))
         if sensing:
-            capacitances(own, figure.add_subplot(columns[2]))
+            capacitances(first_film, figure.add_subplot(columns[2]))
 
     return styled(7.4, 4.8, draw, result)
 
@@ -55,8 +55,8 @@ def films_of(member: xr.Dataset) -> dict[str, xr.Dataset]:
 
 def _states(film: xr.Dataset) -> list[tuple[int, int]]:
     """Indices (height, voltage) of some held states."""
-    own = np.argwhere(film["held"].values == 0)
-    return [(int(i), int(k)) for i, k in own[_some(len(own))[: len(own)]]]
+    held_cells = np.argwhere(film["held"].values == 0)
+    return [(int(i), int(k)) for i, k in held_cells[_some(len(held_cells))[: len(held_cells)]]]
 
 
 def _some(count: int) -> Array:
@@ -78,7 +78,7 @@ def cone_profile(films: Mapping[str, xr.Dataset], states: list[tuple[int, int]],
         say(axes, "no state is held in tension")
         axes.set_axis_off()
         return
-    own = next(iter(films.values()))
+    first_film = next(iter(films.values()))
     every = np.concatenate([film["true_field"].values[state] for film in films.values() for state in states])
     low, top, wrinkled = float(np.min(every)), float(np.max(every)), False
     for (prefix, film), state in itertools.product(films.items(), states):
@@ -97,13 +97,13 @@ def cone_profile(films: Mapping[str, xr.Dataset], states: list[tuple[int, int]],
             lines.set_array(0.5 * (field[:-1] + field[1:]))
             axes.add_collection(lines)
         axes.plot([-r[0], r[0]], [z[0], z[0]], color=BLACK, lw=2.5, solid_capstyle="butt")
-    axes.figure.colorbar(lines, ax=axes, label=axis_label(own["true_field"], "true field"), pad=0.01)
+    axes.figure.colorbar(lines, ax=axes, label=axis_label(first_film["true_field"], "true field"), pad=0.01)
     if wrinkled:
         axes.plot([], [], color=GREY, lw=6.0, alpha=0.35, label="wrinkled")
         axes.legend(loc="upper right", fontsize=7.0)
     axes.autoscale()
     axes.set_aspect("equal", adjustable="datalim")
-    name_axes(axes, own["ring_radius"], own["displacement"], "radius", "height")
+    name_axes(axes, first_film["ring_radius"], first_film["displacement"], "radius", "height")
 
 
 def stretches(film: xr.Dataset, states: list[tuple[int, int]], axes: Axes) -> None:
@@ -137,7 +137,7 @@ def fields(film: xr.Dataset, states: list[tuple[int, int]], axes: Axes) -> None:
 def capacitances(film: xr.Dataset, axes: Axes) -> None:
     """Capacitance over the height, a curve for each of some voltages."""
     for colour, k in zip(CYCLE, _some(film.sizes["constant_voltage"]), strict=False):
-        label, own = measured(film["constant_voltage"][k], 3), film["capacitance"].isel(constant_voltage=k)
-        axes.plot(film["height"], own, color=colour, label=label, marker=".", ms=3.0)
+        label, capacitance = measured(film["constant_voltage"][k], 3), film["capacitance"].isel(constant_voltage=k)
+        axes.plot(film["height"], capacitance, color=colour, label=label, marker=".", ms=3.0)
     name_axes(axes, film["height"], film["capacitance"], y="capacitance")
     axes.legend(fontsize=6.0, handlelength=1.0)

@@ -102,17 +102,17 @@ def members(response: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
 def failings(response: xr.Dataset) -> dict[str, np.ndarray]:
     """Label -> samples of a single run at which it applies (time,): failed `FAILINGS` and slack states of wrinkling
     films, those that occur."""
-    found = {
+    failing_samples = {
         words: np.any([response[flag].values for flag in flags if flag in response], axis=0)
         for words, flags in FAILINGS.items()
         if any(flag in response for flag in flags)
     }
     for name, prefix in (("film_state", ""), ("second_film_state", "2: ")):
         if name in response:
-            for place, kind in enumerate(response[name].attrs["flag_meanings"].split()):
+            for code, kind in enumerate(response[name].attrs["flag_meanings"].split()):
                 if kind in SLACK:
-                    found[prefix + SLACK[kind]] = response[name].values == place
-    return {words: when for words, when in found.items() if when.any()}
+                    failing_samples[prefix + SLACK[kind]] = response[name].values == code
+    return {words: when for words, when in failing_samples.items() if when.any()}
 
 
 def time_response(response: xr.Dataset, axes: Axes) -> None:
@@ -160,11 +160,11 @@ def voltages(response: xr.Dataset, axes: Axes) -> None:
     """Voltage on the film of a single run, that on the second film dashed; the commanded ones grey where they are
     others."""
     for film, style, width in (("", "-", 1.0), ("second_", "--", 0.8)):
-        drive, own = f"{film}drive_voltage", f"{film}film_voltage"
-        if own in response:
+        drive, on_film = f"{film}drive_voltage", f"{film}film_voltage"
+        if on_film in response:
             axes.plot(response["time"], response[drive], color=GREY, ls=style, lw=0.6)
         if drive in response:
-            axes.plot(response["time"], response.get(own, response[drive]), color=VERMILION, ls=style, lw=width)
+            axes.plot(response["time"], response.get(on_film, response[drive]), color=VERMILION, ls=style, lw=width)
     name_axes(axes, response["time"], response["drive_voltage"], y="voltage")
 
 

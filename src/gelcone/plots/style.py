@@ -115,7 +115,7 @@ def draw_file(figure: Figure, path: Path) -> None:
 def numbered(svg: str) -> str:
     """An SVG with numbers in place of hashed names, which depend on the last bits of the layout."""
     numbers = {name: f"n{k}" for k, name in enumerate(dict.fromkeys(_HASHED.findall(svg)))}
-    return re.sub(r'(id="|#)(\w+)', lambda found: found[1] + numbers.get(found[2], found[2]), svg)
+    return re.sub(r'(id="|#)(\w+)', lambda match: match[1] + numbers.get(match[2], match[2]), svg)
 
 
 def axis_label(variable: xr.DataArray, name: str) -> str:

@@ -95,10 +95,10 @@ def sweep_figure(result: xr.Dataset) -> Figure:
 
     def draw(figure: Figure) -> None:
         panels = figure.subplots(len(shown), 1, sharex=True, squeeze=False)[:, 0]
-        for axes, (name, own) in zip(panels, shown.items(), strict=True):
-            values = own.values.reshape(result.sizes[along], -1)
-            place = result[along].values if along in result.coords else np.arange(result.sizes[along])
-            axes.plot(place, values, color=BLUE, ls="-" if values.shape[1] == 1 else "", marker=".", ms=2.5, lw=1.0)
+        for axes, (name, variable) in zip(panels, shown.items(), strict=True):
+            values = variable.values.reshape(result.sizes[along], -1)
+            positions = result[along].values if along in result.coords else np.arange(result.sizes[along])
+            axes.plot(positions, values, color=BLUE, ls="-" if values.shape[1] == 1 else "", marker=".", ms=2.5, lw=1.0)
             axes.set_ylabel(axis_label(result[name], name))
         coordinate_axis(panels[-1].xaxis, result, along)
 
@@ -129,8 +129,8 @@ def _by_gel(shown: dict[str, xr.DataArray], result: xr.Dataset) -> Figure:
                 axes.set_xlim(-0.5, values.size - 0.5)
                 continue
             for k, gel in enumerate(result[gels].values):
-                own = values.sel({gels: gel})
-                axes.plot(result[others[0]], own, color=CYCLE[k % len(CYCLE)], marker=".", ms=3.0, label=str(gel))
+                curve = values.sel({gels: gel})
+                axes.plot(result[others[0]], curve, color=CYCLE[k % len(CYCLE)], marker=".", ms=3.0, label=str(gel))
         if others:
             coordinate_axis(panels[-1].xaxis, result, others[0])
             panels[0].legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))

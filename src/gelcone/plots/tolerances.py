@@ -23,30 +23,30 @@ POINTS = 200
 def tolerances_figure(cells: xr.Dataset) -> Figure:
     """Draws of the regime: density of the stroke, risks with intervals and Sobol indices; over one parameter quantiles
     and risks along it."""
-    found = tolerances(cells)
-    dims = [str(dim) for dim in found["decided"].dims if dim != "risk"]
+    summary = tolerances(cells)
+    dims = [str(dim) for dim in summary["decided"].dims if dim != "risk"]
     if len(dims) > 1:
         raise InputError("draws are drawn alone or over one parameter; take a slice of the others")
     if dims:
-        return styled(5.6, 5.0, lambda figure: _along(found, dims[0], figure))
-    indices = "first_order" in found and bool(found["total_order"].notnull().all())
+        return styled(5.6, 5.0, lambda figure: _along(summary, dims[0], figure))
+    indices = "first_order" in summary and bool(summary["total_order"].notnull().all())
 
     def draw(figure: Figure) -> None:
         panels = figure.subplots(2 + indices, 1, gridspec_kw={"height_ratios": [2, 1.3, 1.3][: 2 + indices]})
         strokes = strokes_of(base_draws(cells)).values
         density(panels[0], strokes[strokes > 0.0])
-        for value in found["stroke"].values[np.isfinite(found["stroke"].values)]:
+        for value in summary["stroke"].values[np.isfinite(summary["stroke"].values)]:
             panels[0].axvline(value, color=ORANGE, lw=1.0)
-        panels[0].set_xlabel(axis_label(found["stroke"], "stroke"))
+        panels[0].set_xlabel(axis_label(summary["stroke"], "stroke"))
         still, ended = (f"{100.0 * np.mean(of):.3g} %" for of in (strokes == 0.0, np.isnan(strokes)))
         panels[0].set_title(f"motions; at rest {still}, without a long run {ended}; quantiles 5, 50, 95 %", loc="left")
-        _bars(panels[1], found["risk"].values, [found[n].values for n in ("probability", "low", "high")], BLUE)
+        _bars(panels[1], summary["risk"].values, [summary[n].values for n in ("probability", "low", "high")], BLUE)
         panels[1].set_title("probability, with its 95 % interval", loc="left")
         if indices:
-            order = np.argsort(found["total_order"].sel(end="value").values)
-            names = found["parameter"].values[order]
+            order = np.argsort(summary["total_order"].sel(end="value").values)
+            names = summary["parameter"].values[order]
             for name, colour, height in (("total_order", GREY, 0.7), ("first_order", BLUE, 0.35)):
-                ends = found[name].values[order].T
+                ends = summary[name].values[order].T
                 _bars(panels[2], names, ends, colour, height)
             panels[2].set_title("share of its variance: alone (blue), with others (grey)", loc="left")
 

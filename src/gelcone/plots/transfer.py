@@ -25,23 +25,23 @@ def transfer_figure(result: xr.Dataset) -> Figure:
             (0, "gain", "displacement over voltage", "phase"),
             (1, "admittance", "current over voltage", "admittance_phase"),
         ):
-            for own, name, meaning in zip(axes[:, column], (gain, phase), (words, "phase"), strict=True):
-                own.plot(frequency, _shown(result[name]), color=BLACK, label="linear theory")
+            for panel, name, meaning in zip(axes[:, column], (gain, phase), (words, "phase"), strict=True):
+                panel.plot(frequency, _shown(result[name]), color=BLACK, label="linear theory")
                 for k in range(result.sizes["amplitude"]):
-                    one = result.isel(amplitude=k)
+                    simulated = result.isel(amplitude=k)
                     look: dict[str, Any] = {"color": CYCLE[k % len(CYCLE)], "ls": "none", "marker": ".o^s"[k % 4]}
-                    label = f"simulated, {measured(one['amplitude'])}"
-                    shown = _shown(one[f"measured_{name}"])
-                    own.plot(result["measured_frequency"], shown, ms=4.0, mfc="none", label=label, **look)
-                own.axvline(float(result["natural_frequency"]), color=GREY, lw=0.6, ls="--")
-                own.set_ylabel(axis_label(result[name], meaning))
+                    label = f"simulated, {measured(simulated['amplitude'])}"
+                    shown = _shown(simulated[f"measured_{name}"])
+                    panel.plot(result["measured_frequency"], shown, ms=4.0, mfc="none", label=label, **look)
+                panel.axvline(float(result["natural_frequency"]), color=GREY, lw=0.6, ls="--")
+                panel.set_ylabel(axis_label(result[name], meaning))
             if (result[gain] > 0.0).any():
                 axes[0, column].set_yscale("log")
-        for own in axes[1]:
-            log_ticks(own)
+        for panel in axes[1]:
+            log_ticks(panel)
             if frequency.size > 1:
-                own.set_xlim(float(frequency.min()), float(frequency.max()))
-            own.set_xlabel(axis_label(frequency, "drive frequency"))
+                panel.set_xlim(float(frequency.min()), float(frequency.max()))
+            panel.set_xlabel(axis_label(frequency, "drive frequency"))
         figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
 
     return styled(7.0, 4.4, draw, result)
@@ -51,7 +51,7 @@ def _shown(values: xr.DataArray) -> Any:
     """The values; phases unwrapped."""
     if not str(values.name).endswith("phase"):
         return values.values
-    known = np.isfinite(values.values)
-    found = values.values.copy()
-    found[known] = np.degrees(np.unwrap(np.radians(found[known])))
-    return found
+    is_known = np.isfinite(values.values)
+    unwrapped = values.values.copy()
+    unwrapped[is_known] = np.degrees(np.unwrap(np.radians(unwrapped[is_known])))
+    return unwrapped

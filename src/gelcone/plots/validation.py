@@ -91,11 +91,11 @@ def limit_forces(member: xr.Dataset, axes: Axes) -> None:
 
 def shapes(member: xr.Dataset) -> xr.Dataset:
     """Some displacements at the lowest voltage with converged states."""
-    found = (member["ending"] == Ending.CONVERGED).values & (member["displacement"].values != 0.0)
-    rows = np.flatnonzero(found.any(axis=1))
+    is_converged = (member["ending"] == Ending.CONVERGED).values & (member["displacement"].values != 0.0)
+    rows = np.flatnonzero(is_converged.any(axis=1))
     if rows.size == 0:
         return member.isel(constant_voltage=0, displacement=[])
-    columns = np.flatnonzero(found[rows[0]])
+    columns = np.flatnonzero(is_converged[rows[0]])
     picks = columns[evenly(columns.size, MOST_SHAPES)]
     return member.isel(constant_voltage=rows[0], displacement=picks)
 

@@ -150,8 +150,8 @@ def curve_names(variable: xr.DataArray, along: str) -> list[str]:
     if not others:
         return [""]
     entries = variable.isel({along: 0}).stack(curve=others)
-    own = {str(n): c for n, c in variable.coords.items() if along not in c.dims and c.dims}
-    named = [n for n, c in own.items() if n in others or c.attrs.get("quantity") in VARIED]
+    coordinates = {str(n): c for n, c in variable.coords.items() if along not in c.dims and c.dims}
+    named = [n for n, c in coordinates.items() if n in others or c.attrs.get("quantity") in VARIED]
     return [", ".join(f"{n} {measured(entry[n])}" for n in named) for entry in entries.transpose("curve", ...)]
 
 

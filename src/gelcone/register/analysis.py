@@ -193,8 +193,8 @@ def annotation_of(function: Callable[..., Any], name: str) -> tuple[type | None,
     alias = function.__globals__.get(text)
     if get_origin(alias) is not Annotated:
         return _KINDS.get(text), ""
-    own, quantity = get_args(alias)
-    return (own if own is float else None), quantity
+    value_type, quantity = get_args(alias)
+    return (value_type if value_type is float else None), quantity
 
 
 @cache
@@ -226,9 +226,9 @@ def _explanation(name: str, text: str) -> tuple[str, str]:
     if text.startswith("as in `"):
         import gelcone
 
-        other, _, own = text.removeprefix("as in `").partition("`")
+        other, _, remainder = text.removeprefix("as in `").partition("`")
         said, default = explanations(getattr(gelcone, other.removeprefix("gelcone."))).get(name, ("", ""))
-        return said, own.partition("Default ")[2].strip().rstrip(".") or default
+        return said, remainder.partition("Default ")[2].strip().rstrip(".") or default
     text = f"{text} ".replace("`", "").replace("; default ", ". Default ").replace(". Default: ", ". Default ")
     sentences = text.replace("; ", ". ").split(". ")
     default = next((s.removeprefix("Default ") for s in sentences if s.startswith("Default ")), "")

@@ -60,11 +60,11 @@ def follow_loci(source: Source, x: Axis, y: Axis, event: str) -> dict[str, Array
     over = {axis.name: _ends(axis, subject.device is not None) for axis in (x, y)}
     start = [subject.initial] if subject.device is None else []
     shown = in_si(locus(subject.target, event, over, *start, progress=_heed, **OPTIONS), subject)
-    found = {}
+    curves = {}
     for name, axis in (("x", x), ("y", y)):
         values = shown[axis.name].values * _scale(axis, shown[axis.name])
-        found[name] = np.pad(values, ((0, 0), (0, 1)), constant_values=np.nan).ravel()
-    return found
+        curves[name] = np.pad(values, ((0, 0), (0, 1)), constant_values=np.nan).ravel()
+    return curves
 
 
 def _heed(share: float) -> None:
@@ -81,9 +81,11 @@ def _ends(axis: Axis, texts: bool) -> tuple[Any, Any]:
 
 def _scale(axis: Axis, values: xr.DataArray) -> float:
     """Factor from the unit of a result to the unit of an axis."""
-    powers = next((known.powers for known in DIMENSIONS.values() if axis.unit and axis.unit in known.powers), {})
-    own = values.attrs.get("units", "1")
-    return float(10.0 ** (powers[own] - powers[axis.unit])) if own in powers else 1.0
+    powers = next(
+        (dimension.powers for dimension in DIMENSIONS.values() if axis.unit and axis.unit in dimension.powers), {}
+    )
+    unit = values.attrs.get("units", "1")
+    return float(10.0 ** (powers[unit] - powers[axis.unit])) if unit in powers else 1.0
 
 
 def _lines(branch: xr.Dataset, mirror: bool) -> Iterable[tuple[Array, Array, Array]]:

@@ -99,8 +99,8 @@ def as_json(controls: Iterable[Control]) -> list[dict[str, Any]]:
 def _of_model(subject: Subject) -> list[Control]:
     model, system = subject.model, subject.model.system
     parts = {DRIVE: (system.waveform, system.circuit), BODY: (system.bias,), GEL: (system.film,)}
-    group_of = {name: group for group, own in parts.items() for part in own for name in part.parameters}
-    found = [
+    group_of = {name: group for group, components in parts.items() for part in components for name in part.parameters}
+    controls = [
         _of_quantity(name, quantity, float(model.values[name]), group_of.get(name, BODY))
         for name, quantity in system.parameters.items()
         if name in model.values
@@ -114,10 +114,14 @@ def _of_model(subject: Subject) -> list[Control]:
         "law": (law, GEL),
         "prestretch_mode": (model.prestretch_mode, GEL),
     }
-    found += [_choice(name, value, group, CHOICES[name]) for name, (value, group) in kinds.items() if value is not None]
+    controls += [
+        _choice(name, value, group, CHOICES[name]) for name, (value, group) in kinds.items() if value is not None
+    ]
     start = zip(STARTS, subject.initial, strict=False)
-    found += [Control(name, _label(name), START, "number", value, "at time 0", "", -2.0, 2.0) for name, value in start]
-    return _in_groups(found)
+    controls += [
+        Control(name, _label(name), START, "number", value, "at time 0", "", -2.0, 2.0) for name, value in start
+    ]
+    return _in_groups(controls)
 
 
 def _of_quantity(name: str, quantity: Quantity, value: float, group: str) -> Control:
@@ -147,26 +151,28 @@ def _round_up(value: float) -> float:
 
 
 def _of_device(device: Device) -> list[Control]:
-    own = _of_components(device) | _of_second(device)
-    values = {name: own.get(name) if (value := device.get(name)) is None else value for name in device.all_fields()}
+    defaults = _of_components(device) | _of_second(device)
+    values = {
+        name: defaults.get(name) if (value := device.get(name)) is None else value for name in device.all_fields()
+    }
     values = {name: value for name, value in values.items() if value is not None and name != "material"}
     shown = _shown_anyway(device) | values
-    found = []
+    controls = []
     for name, about in device.all_fields().items():
         last = leaf(name)
         if last in NOT_SHOWN or name not in shown:
             continue
         value = values.get(name)
         if last in CHOICES:
-            found.append(_choice(name, shown[name], _group(name), CHOICES[last], about.meaning))
+            controls.append(_choice(name, shown[name], _group(name), CHOICES[last], about.meaning))
         elif about.unit:
             # a field of 0 has no size of its own: the radius or the drive's amplitude sets its range
             usual = shown[name] or {"m": device.film_radius, "V": device.voltage_amplitude}.get(about.unit, 0.0)
-            found.append(_of_field(name, about, value, usual, shown[name]))
+            controls.append(_of_field(name, about, value, usual, shown[name]))
     creeps = isinstance(component_of("film", device.film), BranchedFilm)
     gels = [name for name, gel in load_materials().items() if creeps or not gel.branches]
-    found.append(_choice("material", device.material.name, GEL, gels))
-    return _in_groups(found)
+    controls.append(_choice("material", device.material.name, GEL, gels))
+    return _in_groups(controls)
 
 
 def _shown_anyway(device: Device) -> dict[str, Any]:
@@ -179,19 +185,19 @@ def _of_second(device: Device) -> dict[str, Any]:
     """Defaults of a second film's unset fields, or the choice `NONE` without a second film."""
     if device.second_film is None:
         return {"second_film": NONE}
-    found: dict[str, Any] = {"second_flat_height": 0.0, "second_drive": "same"}
-    return found | ({"second_voltage": 0.0} if device.second_drive == "constant" else {})
+    defaults: dict[str, Any] = {"second_flat_height": 0.0, "second_drive": "same"}
+    return defaults | ({"second_voltage": 0.0} if device.second_drive == "constant" else {})
 
 
 def _of_components(device: Device) -> dict[str, float]:
     """Default parameters of components, in SI units."""
-    found = {}
+    defaults = {}
     for part in PARTS:
-        own = getattr(device, part)
-        fields = own_fields(part, own)
-        for name, quantity in component_of(part, own).parameters.items() if fields else ():
-            found[f"{part}.{name}"] = float(quantity.default / device.scales.dimensionless(quantity.scale, 1.0))
-    return found
+        component = getattr(device, part)
+        fields = own_fields(part, component)
+        for name, quantity in component_of(part, component).parameters.items() if fields else ():
+            defaults[f"{part}.{name}"] = float(quantity.default / device.scales.dimensionless(quantity.scale, 1.0))
+    return defaults
 
 
 def _of_field(name: str, about: Field, value: Any, usual: float, start: float) -> Control:
@@ -207,8 +213,8 @@ def _of_field(name: str, about: Field, value: Any, usual: float, start: float) -
         low = max(low, shown(about.least))
     if about.above is not None:
         low = max(low, high / 50.0) if about.above == 0.0 else low
-    own = None if value is None else shown(float(value))
-    return Control(name, _label(name), _group(name), "number", own, about.meaning, unit, low, high, powers=powers)
+    displayed = None if value is None else shown(float(value))
+    return Control(name, _label(name), _group(name), "number", displayed, about.meaning, unit, low, high, powers=powers)
 
 
 def _display_unit(value: float, unit: str) -> str:

@@ -74,8 +74,8 @@ def find_rows(source: Source, omegas: Array, static: Array, around: Array | None
     """The limits of the motion at some drive frequencies, from `rows_of`; searched near the peak voltages ``around``
     (frequencies,), default from the lowest up."""
     plane, pull_in = _plane(*source.key), float(static[-1])
-    found = rows_of(plane, omegas, peaks_of(plane, static), None, pull_in=pull_in, around=around, yields=False)
-    return {name: found[name] for name in ("frequency", "low", "high", "final_below")}
+    rows = rows_of(plane, omegas, peaks_of(plane, static), None, pull_in=pull_in, around=around, yields=False)
+    return {name: rows[name] for name in ("frequency", "low", "high", "final_below")}
 
 
 def find_between(
@@ -113,9 +113,9 @@ class _Envelope:
             pairs = np.array_split(np.arange(len(self.rows["frequency"]) - 1), self.work.pool.size)
             parts = [slice(own[0], own[-1] + 2) for own in pairs if own.size]
             cut = [{name: values[part] for name, values in self.rows.items()} for part in parts]
-            found = await asyncio.gather(*(self._do(find_between, rows, ceiling, confirmed) for rows in cut))
-            confirmed = confirmed.union(*(own for *_, own in found))
-            between, around = (np.concatenate([part[k] for part in found]) for k in (0, 1))
+            answers = await asyncio.gather(*(self._do(find_between, rows, ceiling, confirmed) for rows in cut))
+            confirmed = confirmed.union(*(own for *_, own in answers))
+            between, around = (np.concatenate([part[k] for part in answers]) for k in (0, 1))
             if not between.size:
                 break
             tasks = -(-between.size // TASK)

@@ -130,11 +130,11 @@ def lines(setting: Setting, wanted: Wanted, device: str) -> str:
         text = ["import gelcone", "", f"device = gelcone.find_device({device!r}){values}", "model = device.to_model()"]
         initial, saved = "device.initial_state()", "gelcone.to_si(result, device)"
     else:
-        own = {n: v for n, v in setting.values.items() if n not in STATES}
-        values = ", ".join(f"{n}={_plain(v)}" for n, v in own.items())
+        changes = {n: v for n, v in setting.values.items() if n not in STATES}
+        values = ", ".join(f"{n}={_plain(v)}" for n, v in changes.items())
         text = [
             "import gelcone\nimport gelcone.presets", "", f'preset = gelcone.presets.find_preset("{setting.preset}")',
-            "model = preset.model" + (f".replace({values})" if own else ""),
+            "model = preset.model" + (f".replace({values})" if changes else ""),
         ]  # fmt: skip
         initial = f"({typed(setting)['initial']})" if "initial" in typed(setting) else "preset.initial"
         saved = "result"

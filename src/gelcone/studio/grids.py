@@ -218,13 +218,13 @@ def _kinds(subject: Subject, axes: Mapping[str, list[str]]) -> dict[str, Any]:
             return _impossible()
         parts = [_kinds(subject, {name: [texts[i]] for name, texts in axes.items()}) for i in range(count)]
         return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-    found = ANALYSES["regime"].compute(cells.members, cells.states, threads=1)
-    regime = np.where(found.outcome == Outcome.PULLED_IN, PULLED_IN, found.variables["regime"][1])
-    low, high = (np.asarray(found.variables[name][1]) * cells.length for name in ("lowest", "highest"))
-    section = np.asarray(found.variables["section"][1])[..., 0] * cells.length[:, None]
+    computed = ANALYSES["regime"].compute(cells.members, cells.states, threads=1)
+    regime = np.where(computed.outcome == Outcome.PULLED_IN, PULLED_IN, computed.variables["regime"][1])
+    low, high = (np.asarray(computed.variables[name][1]) * cells.length for name in ("lowest", "highest"))
+    section = np.asarray(computed.variables["section"][1])[..., 0] * cells.length[:, None]
     return {
         "regime": regime.astype(np.uint8),
-        "exponent": np.asarray(found.variables["lyapunov"][1])[:, 0] * cells.rate,
+        "exponent": np.asarray(computed.variables["lyapunov"][1])[:, 0] * cells.rate,
         "low": low,
         "high": high,
         "section": section,
@@ -259,11 +259,11 @@ def thresholds(source: Source, axes: Mapping[str, list[str]]) -> dict[str, Any]:
         cells = cells_of(subject, axes)
     except InputError:
         return {}
-    found = limits_cells(cells.members, cells.states, threads=1).variables
+    limits = limits_cells(cells.members, cells.states, threads=1).variables
     waveform, n = subject.model.system.waveform, cells.members.numbers()
     lines, film = {}, look.pull_in_film(subject.model)
     for name, words in THRESHOLDS.items():
-        volts = np.asarray(found[name][1])
+        volts = np.asarray(limits[name][1])
         if name != "onset_voltage":
             volts = waveform.amplitude_at(n, volts)
         if (volts > 0.0).any():

@@ -27,7 +27,7 @@ class Lanes(dict[str, tuple[Pool, int]]):
         self, pool: Pool, saving: Pool, send: Callable[..., Awaitable[None]], fail: Callable[..., Awaitable[None]]
     ) -> None:
         pools = {name: saving if name in ("export", *SIDES) else pool for name in (*LANES, *SIDES)}
-        super().__init__({name: (own, own.lane()) for name, own in pools.items()})
+        super().__init__({name: (lane_pool, lane_pool.lane()) for name, lane_pool in pools.items()})
         self._send, self._fail = send, fail
         self._tasks: set[asyncio.Task[None]] = set()
 

@@ -51,10 +51,10 @@ class Work:
 
     async def do(self, function: Callable[..., Any], *arguments: Any) -> Any:
         """Calls ``function(*arguments)`` in a worker; raises `Outdated` if the run has been replaced."""
-        found = await self.pool.do(self.lane, self.run, function, *arguments)
-        if found is None:
+        answer = await self.pool.do(self.lane, self.run, function, *arguments)
+        if answer is None:
             raise Outdated
-        return found
+        return answer
 
     async def tell(self, kind: str, arrays: Mapping[str, Any] | None = None, **words: Any) -> None:
         """Sends the page a message of this kind about the work."""
@@ -70,15 +70,15 @@ async def fill_map(work: Work, source: Source, x: Axis, y: Axis) -> None:
     filling = Filling(work, "map", source, (x, y))
     await work.tell("grid", grid="map", cells=filling.shape)
     levels = refine(filling.shape, COARSEST)
-    wanted = next(levels)
+    lattice_cells = next(levels)
     drawn = False
     while True:
-        found = await filling.compute(wanted)
+        computed_kinds = await filling.compute(lattice_cells)
         if not drawn:
             drawn = True
             await _draw_thresholds(work, source, x, y)
         try:
-            wanted = levels.send(found)
+            lattice_cells = levels.send(computed_kinds)
         except StopIteration:
             break
     await filling.compute(np.flatnonzero(filling.kinds < 0))
@@ -109,12 +109,12 @@ async def fill_strip(work: Work, source: Source, over: Axis) -> None:
         await filling.compute(places[(places % step == 0) & (filling.kinds < 0)])
     await work.tell("done", grid="strip")
     try:
-        found = await work.do(follow_branches, source, over)
+        branches = await work.do(follow_branches, source, over)
     except InputError as error:
         await work.tell("branches", kinds=[], none=" ".join(str(error).split()))
         return
-    arrays = found.pop("arrays")
-    await work.tell("branches", arrays, **found)
+    arrays = branches.pop("arrays")
+    await work.tell("branches", arrays, **branches)
 
 
 class Filling:
@@ -139,18 +139,18 @@ class Filling:
     def _groups(self, cells: Any) -> list[Any]:
         """Sort keys of cells: cells of equal frequency next to each other compute three times as fast."""
         places = np.unravel_index(cells, self.shape)
-        return [cells, *(own for axis, own in zip(self.axes, places, strict=True) if axis.name in FREQUENCIES)]
+        return [cells, *(indices for axis, indices in zip(self.axes, places, strict=True) if axis.name in FREQUENCIES)]
 
     async def _task(self, cells: Any) -> None:
         places = np.unravel_index(cells, self.shape)
-        texts = {axis.name: axis.texts(own.tolist()) for axis, own in zip(self.axes, places, strict=True)}
+        texts = {axis.name: axis.texts(indices.tolist()) for axis, indices in zip(self.axes, places, strict=True)}
         async with self._room:
-            found = await self.work.do(kinds, self.source, texts)
-        self.kinds[cells] = found["regime"]
+            motions = await self.work.do(kinds, self.source, texts)
+        self.kinds[cells] = motions["regime"]
         share = float((self.kinds >= 0).mean())
         if self.name == "map":
-            del found["section"]
-        arrays = {"places": np.asarray(cells, dtype=float), **found}
+            del motions["section"]
+        arrays = {"places": np.asarray(cells, dtype=float), **motions}
         await self.work.tell("cells", arrays, grid=self.name, share=share)
 
 

@@ -79,8 +79,8 @@ QUANTITIES = ("length", "time", "velocity", "voltage", "frequency")
 
 def scales(subject: Subject) -> dict[str, float]:
     """Quantity -> one unit of the model in the page's unit."""
-    own = subject.device
-    return {quantity: 1.0 if own is None else own.scales.shown(quantity) for quantity in QUANTITIES}
+    device = subject.device
+    return {quantity: 1.0 if device is None else device.scales.shown(quantity) for quantity in QUANTITIES}
 
 
 def units(subject: Subject) -> dict[str, str]:
@@ -90,10 +90,10 @@ def units(subject: Subject) -> dict[str, str]:
 
 def axes(subject: Subject) -> dict[str, str]:
     """The axis labels of the plots, with units."""
-    own = units(subject)
+    unit_names = units(subject)
 
     def named(name: str, quantity: str) -> str:
-        return f"{name} ({own[quantity]})" if own[quantity] else name
+        return f"{name} ({unit_names[quantity]})" if unit_names[quantity] else name
 
     height = "height" if subject.device is not None else "displacement"
     return {
@@ -173,12 +173,12 @@ def curve(members: Members, run: Trajectories, subject: Subject, prefix: str = "
     }
     strength = members.values.get("dielectric_strength")
     for k, state in enumerate(states, start=1):
-        own = "" if len(states) == 1 else str(k)
+        suffix = "" if len(states) == 1 else str(k)
         field = np.broadcast_to(state.true_field, x.shape)[0]
         most = np.nanmax(field, initial=0.0) if strength is None else float(strength[0])
         arrays |= {
-            f"thin{own}": np.broadcast_to(state.thickness_stretch, x.shape)[0],
-            f"field{own}": field / (most or 1.0),
+            f"thin{suffix}": np.broadcast_to(state.thickness_stretch, x.shape)[0],
+            f"field{suffix}": field / (most or 1.0),
         }
     return {prefix + name: values for name, values in arrays.items()}, _shares(codes[-1][np.isfinite(x[0])])
 
@@ -192,13 +192,13 @@ def film_states(
     ``voltages``: those across each film; ``films``: states computed before, where known.
     """
     each = broken_by_film(members, states, voltages, films)
-    found = [_coded(fails, states.shape[1]) for fails in each]
+    codes = [_coded(fails, states.shape[1]) for fails in each]
     if len(each) > 1:
         names = each[0].keys() | each[1].keys()
-        found.append(
-            _coded({name: each[0].get(name, False) | each[1].get(name, False) for name in names}, len(found[0]))
+        codes.append(
+            _coded({name: each[0].get(name, False) | each[1].get(name, False) for name in names}, len(codes[0]))
         )
-    return found
+    return codes
 
 
 def _coded(fails: Mapping[str, Any], samples: int) -> Any:

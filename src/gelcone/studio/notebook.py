@@ -74,10 +74,10 @@ class StudioFrame:
     """
 
     def __init__(self, state: dict[str, str], height: int, names: frozenset[str] = frozenset()) -> None:
-        own = _running.get(names)
-        if own is None or not own.thread.is_alive():
-            own = _running[names] = _Running(names)
-        self._own, self._studio = own, own.studio
+        running = _running.get(names)
+        if running is None or not running.thread.is_alive():
+            running = _running[names] = _Running(names)
+        self._own, self._studio = running, running.studio
         self._state = urlencode(state)
         self.height: int = height
 

@@ -170,7 +170,9 @@ class Page:
 
         def compute() -> tuple[Subject, look.Parts, dict[str, Any]]:
             subject, parts, request["stands"] = self.shelf.at_once(
-                request["setting"], lambda own: look.response(own, request["periods"]), patient=request["made"]
+                request["setting"],
+                lambda shown_subject: look.response(shown_subject, request["periods"]),
+                patient=request["made"],
             )
             about = look.about(subject) | {"membrane": profiles.names(subject.model), "stands": request["stands"]}
             return subject, parts, {"about": about}
@@ -236,7 +238,7 @@ class Page:
         answers = [("numbers", equilibria.PULL_INS, equilibria.margins, find_pull_in)]
         if "statics" in request["panels"]:
             answers.append(("statics", equilibria.STATICS, equilibria.statics, find_static))
-        left = [own for own in answers if not own[1].has(model)]
+        unanswered = [answer for answer in answers if not answer[1].has(model)]
         for name, stored, show, _ in answers:
             if stored.has(model):
                 await self._add(name, request, show, subject)
@@ -247,7 +249,7 @@ class Page:
             if not await self._rests_there(work, source, request, kind):
                 self.first.give(request["side"], request)
                 return
-            for name, stored, show, find in left:
+            for name, stored, show, find in unanswered:
                 with suppress(InputError) if name == "numbers" else nullcontext():
                     stored.keep(model, await work.do(find, source))
                     await self._add(name, request, show, subject)
@@ -296,8 +298,8 @@ class Page:
         self, name: str, request: Mapping[str, Any], compute: Callable[..., look.Parts], *given: Any
     ) -> None:
         """Computes an answer in a thread and sends it."""
-        found = await asyncio.get_running_loop().run_in_executor(self._threads, compute, *given)
-        await self._show(name, request, found)
+        parts = await asyncio.get_running_loop().run_in_executor(self._threads, compute, *given)
+        await self._show(name, request, parts)
 
     async def _rests_there(self, work: Work, source: Source, request: Mapping[str, Any], kind: settled.Settled) -> bool:
         """Whether the picture shows the rests that a full search finds."""
@@ -324,7 +326,7 @@ class Page:
 
         limit = loop.call_later(seconds, watch.stop.set)
         try:
-            found = await loop.run_in_executor(self._threads, watched)
+            answer = await loop.run_in_executor(self._threads, watched)
         except Stopped:
             if loop.time() < limit.when() or slot.overtaken or self._ended.is_set():
                 raise
@@ -337,7 +339,7 @@ class Page:
             limit.cancel()
         if slot.overtaken:
             raise Stopped
-        return found
+        return answer
 
     # --- work of seconds ---------------------------------------------------------------------------------------------
 

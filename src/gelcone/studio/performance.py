@@ -49,23 +49,23 @@ def motion(members: Members, run: Trajectories, regime: Regime, turns: int) -> d
     """
     x = run.states[:, 1:, 0]
     lowest, highest = extent(members, run.times, run.states)
-    found = {"stroke": float(highest[0] - lowest[0]), "mean height": float(x.mean())}
-    for name, value in found.items():
-        found[name] = 0.0 if abs(value) <= SMALLEST_SHARE * max(found["stroke"], 1.0) else value
+    numbers = {"stroke": float(highest[0] - lowest[0]), "mean height": float(x.mean())}
+    for name, value in numbers.items():
+        numbers[name] = 0.0 if abs(value) <= SMALLEST_SHARE * max(numbers["stroke"], 1.0) else value
     if regime is Regime.PERIODIC:
         # an even number of forcing periods is a whole number of drive periods
         whole = np.concatenate([x, x], axis=1) if turns % 2 else x
         own = harmonics_of(members, whole, x.shape[1] // turns)[0]
         k = int(np.argmax(np.abs(own)))
-        if abs(own[k]) > SMALLEST_SHARE * max(found["stroke"], 1.0):
-            found |= {"harmonic": HARMONICS[k], "lag": -float(np.degrees(np.angle(own[k]))) % 360.0}
+        if abs(own[k]) > SMALLEST_SHARE * max(numbers["stroke"], 1.0):
+            numbers |= {"harmonic": HARMONICS[k], "lag": -float(np.degrees(np.angle(own[k]))) % 360.0}
     if "dielectric_strength" in members.values:
         times, states = _thinned(run)
         fields = [own.true_field for own in members.film_states(states, members.voltages(times, states))]
         strength = float(np.ravel(members.values["dielectric_strength"])[0])
-        known = [float(np.nanmax(field)) for field in fields if np.isfinite(field).any()]
-        found |= {"field": max(known) / strength} if known else {}
-    return found
+        largest_fields = [float(np.nanmax(field)) for field in fields if np.isfinite(field).any()]
+        numbers |= {"field": max(largest_fields) / strength} if largest_fields else {}
+    return numbers
 
 
 def of_source(members: Members, run: Trajectories) -> dict[str, float]:
@@ -73,8 +73,8 @@ def of_source(members: Members, run: Trajectories) -> dict[str, float]:
 
     Left out where a film's charge is unknown.
     """
-    found = electrical(members, *_thinned(run), run.states[:, 0])
-    return {name: float(found[name][0]) for name in ("current", "power") if np.isfinite(found[name][0])}
+    numbers = electrical(members, *_thinned(run), run.states[:, 0])
+    return {name: float(numbers[name][0]) for name in ("current", "power") if np.isfinite(numbers[name][0])}
 
 
 def _thinned(run: Trajectories) -> tuple[Any, Any]:
@@ -97,7 +97,7 @@ def in_words(numbers: Mapping[str, float], subject: Subject) -> list[dict[str, A
     Each has ``name``, ``place`` (its rank), ``text``, and ``value`` in the units of the page's axes (lag in degrees,
     field as a share). Pull-in has also ``peak``, the drive's peak voltage over the pull-in voltage.
     """
-    found: list[dict[str, Any]] = []
+    entries: list[dict[str, Any]] = []
     for place, (name, quantity) in enumerate(QUANTITIES.items()):
         if name not in numbers or not np.isfinite(numbers[name]):
             continue
@@ -108,12 +108,12 @@ def in_words(numbers: Mapping[str, float], subject: Subject) -> list[dict[str, A
             text = f"{_percent(value)} of breakdown"
         else:
             text, value = _with_unit(value, quantity, subject)
-        found.append({"name": name, "place": place, "text": text, "value": value})
+        entries.append({"name": name, "place": place, "text": text, "value": value})
         if name in PULL_INS.values():
-            found[-1]["peak"] = peak = float(subject.model.peak_voltage) / numbers[name]
+            entries[-1]["peak"] = peak = float(subject.model.peak_voltage) / numbers[name]
             bias = " at this bias" if subject.model.system.in_opposite_phase else ""
-            found[-1]["text"] += f"{bias} (peak at {_percent(peak)})"
-    return found
+            entries[-1]["text"] += f"{bias} (peak at {_percent(peak)})"
+    return entries
 
 
 def _with_unit(value: float, quantity: str, subject: Subject) -> tuple[str, float]:

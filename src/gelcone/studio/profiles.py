@@ -41,8 +41,8 @@ def _drawn(placed: PlacedFilm) -> bool:
 def _name(model: ConeModel, placed: PlacedFilm) -> str:
     film = placed.film
     assert isinstance(film, MembraneFilm)
-    own = {name: np.ravel(value)[0] for name, value in placed.own(model.values).items()}
-    parts = (to_record(film.law, LAWS), film.stretches(own), film.law.numbers(own), own["radius_ratio"])
+    numbers = {name: np.ravel(value)[0] for name, value in placed.own(model.values).items()}
+    parts = (to_record(film.law, LAWS), film.stretches(numbers), film.law.numbers(numbers), numbers["radius_ratio"])
     return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
 
 
@@ -85,24 +85,24 @@ def _profiles(film: Any, n: dict[str, Any], ratio: float) -> tuple[Any, ...]:
     x = film.reach(n)[1] * np.linspace(0.0, 1.0, HEIGHTS) ** CURVED
     top = np.minimum(film.balancing(x, 0.0, n), film.highest_squared(x, n))
     V = np.maximum(top, 0.0)[:, None] * np.array(SHARES)
-    own = Elements(Gel(film.law, n, n["A"], n["B"]), ratio)
+    elements = Elements(Gel(film.law, n, n["A"], n["B"]), ratio)
     high = np.repeat(x, len(SHARES))
-    found = profile(own, held(own, high, V.ravel()))
-    some = np.linspace(0, found.radius.size - 1, RINGS).round().astype(int)
+    computed = profile(elements, held(elements, high, V.ravel()))
+    rings = np.linspace(0, computed.radius.size - 1, RINGS).round().astype(int)
     shape = (HEIGHTS, len(SHARES), RINGS)
     with np.errstate(all="ignore"):
-        rise = found.z[:, some] / found.z[:, :1]
-    straight = 1.0 - (found.radius[some] - own.disc)
-    parts = [found.r[:, some], np.where(np.isfinite(rise), rise, straight), 1.0 / found.thickness[:, some]]
-    parts.append(found.excess[:, some] > 0.0)
+        rise = computed.z[:, rings] / computed.z[:, :1]
+    straight = 1.0 - (computed.radius[rings] - elements.disc)
+    parts = [computed.r[:, rings], np.where(np.isfinite(rise), rise, straight), 1.0 / computed.thickness[:, rings]]
+    parts.append(computed.excess[:, rings] > 0.0)
     values = [np.array(part, dtype=float).reshape(shape) for part in parts]
-    there = np.isfinite(values[0][:, :, 0])
+    has_state = np.isfinite(values[0][:, :, 0])
     for values_of in values:  # missing states: those of the voltage below, else an unstretched straight cone
         for k in range(1, len(SHARES)):
-            values_of[:, k][~there[:, k]] = values_of[:, k - 1][~there[:, k]]
+            values_of[:, k][~has_state[:, k]] = values_of[:, k - 1][~has_state[:, k]]
     lost = ~np.isfinite(values[0])
     plain = (
-        np.broadcast_to(found.radius[some], shape),
+        np.broadcast_to(computed.radius[rings], shape),
         np.broadcast_to(straight, shape),
         np.ones(shape),
         np.zeros(shape),
@@ -110,5 +110,5 @@ def _profiles(film: Any, n: dict[str, Any], ratio: float) -> tuple[Any, ...]:
     return (
         x,
         np.sqrt(np.maximum(top, 0.0)),
-        *(np.where(lost, other, one) for one, other in zip(values, plain, strict=True)),
+        *(np.where(lost, other, array) for array, other in zip(values, plain, strict=True)),
     )

@@ -73,19 +73,19 @@ class Studio:
         """The bound socket, so that the address is known before the server runs; `InputError` if the port is taken."""
         family = socket.AF_INET6 if ":" in self.host else socket.AF_INET
         # asyncio sets TCP_NODELAY only if the protocol is named; without it answers wait 40 ms for an acknowledgement
-        found = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
-        found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        found.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)  # detects browsers that vanished without closing
+        listener = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)  # detects browsers that vanished without closing
         try:
-            found.bind((self.host, port))
+            listener.bind((self.host, port))
         except (OSError, OverflowError) as error:
-            found.close()
+            listener.close()
             raise InputError(
                 f"--port {port}: cannot listen on {self.host} ({error}); choose another or leave it out"
             ) from None
-        found.listen(128)  # connections made before the server runs wait
-        self.port = found.getsockname()[1]
-        return found
+        listener.listen(128)  # connections made before the server runs wait
+        self.port = listener.getsockname()[1]
+        return listener
 
     def address(self, state: str = "") -> str:
         """The page's address with its token; ``state`` follows the ``#``."""

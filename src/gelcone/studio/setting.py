@@ -129,8 +129,8 @@ class Shelf:
         """The device's name on the command line; empty for a preset."""
         if setting.file is not None:
             return OWN_FILE
-        own = self.given is not None and setting.device == self.given.stem
-        return str(self.given) if own else setting.device or ""
+        is_given = self.given is not None and setting.device == self.given.stem
+        return str(self.given) if is_given else setting.device or ""
 
     def controls(self, setting: Setting) -> list[Control]:
         """The controls of a setting, with the values to which they reset: its choices count, its numbers do not.
@@ -190,15 +190,15 @@ class Shelf:
             if setting.preset is not None:
                 return read_subject(**typed(setting))
             try:
-                texts, own = _split(typed(setting)["settings"]) if setting.values else ({}, ())
-                own = (*own, *self._cone(setting)) if cone else own
+                texts, device_texts = _split(typed(setting)["settings"]) if setting.values else ({}, ())
+                device_texts = (*device_texts, *self._cone(setting)) if cone else device_texts
                 places = _bounded(self._places).setdefault(key, {})
                 with continuing(places) as guessed:
-                    found = self._device(key, own)
-                    found = found.redriven({name: read_value(texts[name]) for name in DRIVE_NUMBERS if name in texts})
-                    subject = Subject(found.to_model(), found, self._start(key, own))
+                    device = self._device(key, device_texts)
+                    device = device.redriven({name: read_value(texts[name]) for name in DRIVE_NUMBERS if name in texts})
+                    subject = Subject(device.to_model(), device, self._start(key, device_texts))
                 if guessed:
-                    _bounded(self._guesses).setdefault((key, own), {}).update(guessed)
+                    _bounded(self._guesses).setdefault((key, device_texts), {}).update(guessed)
                 return subject
             except InputError as error:
                 if setting.file is None:
@@ -248,21 +248,21 @@ class Shelf:
         self, key: _Key, device: str | None, preset: str | None, values: _Texts, cone: bool = False
     ) -> list[Control]:
         setting = Setting(device, preset, key[2], dict(values))
-        found = controls_of(self.subject(setting, cone=cone))
+        controls = controls_of(self.subject(setting, cone=cone))
         if "second_film" in setting.values and self._device(key).second_film is None:
-            found = [replace(c, choices=(NONE, *c.choices)) if c.name == "second_film" else c for c in found]
+            controls = [replace(c, choices=(NONE, *c.choices)) if c.name == "second_film" else c for c in controls]
         films = dict(self._cone(setting)) if cone else {}
-        return [replace(control, value=MembraneFilm.name) if control.name in films else control for control in found]
+        return [replace(control, value=MembraneFilm.name) if control.name in films else control for control in controls]
 
     def _read(self, key: _Key, texts: _Texts = ()) -> Device:
         """A device with some fields replaced by typed values."""
         if texts:
             return self._device(key).replace_quietly({name: read_value(text) for name, text in texts})
         path, _, text = key
-        found = device_in(path, text)
-        assert found is not None
-        check_single(found)
-        return found
+        device = device_in(path, text)
+        assert device is not None
+        check_single(device)
+        return device
 
     def _begin(self, key: _Key, texts: _Texts) -> Any:
         """`Device.initial_state` of a device, which no drive changes."""
@@ -305,11 +305,13 @@ def names_in(device: Device) -> frozenset[str]:
     """The classes of a device's components that do not ship, with their data."""
     system = device.to_model().system
     films = [film.film for film in system.films]
-    found = set[str]().union(*map(names_of, (*films, system.bias, system.waveform, system.circuit)))
+    records = set[str]().union(*map(names_of, (*films, system.bias, system.waveform, system.circuit)))
     shipped = {name for part in shipped_components() for name in names_of(part)}
-    known = {*FILMS, f"{Together.__module__}:{Together.__qualname__}", *shipped}
+    known_names = {*FILMS, f"{Together.__module__}:{Together.__qualname__}", *shipped}
     return frozenset(
-        one for one in found if (json.loads(one)["component"] if one.startswith("{") else one) not in known
+        entry
+        for entry in records
+        if (json.loads(entry)["component"] if entry.startswith("{") else entry) not in known_names
     )
 
 

@@ -45,12 +45,12 @@ def kind(subject: Subject) -> Settled:
     """The regime with its evidence in words, its section and its settled orbit."""
     analysis = ANALYSES["regime"]
     states = start_states(subject.model.members(), subject.initial)
-    found = analysis.compute(subject.model.members(), states, threads=1)
-    member = single(found, subject)
+    answer = analysis.compute(subject.model.members(), states, threads=1)
+    member = single(answer, subject)
     outcome = Outcome(int(member["outcome"]))
     regime = Regime(int(member["regime"]))
     by = scales(subject)
-    points = np.asarray(found.variables["section"][1])[0]
+    points = np.asarray(answer.variables["section"][1])[0]
     arrays: dict[str, Any] = {}
     run = None
     lines = [*evidence_in_words(member), *([outcome.meaning] if outcome else [])]
@@ -104,9 +104,9 @@ def single(found: Findings, subject: Subject) -> Any:
 def section(subject: Subject) -> Parts:
     """More section points of a motion that does not repeat."""
     states = start_states(subject.model.members(), subject.initial)
-    found = section_cells(subject.model.members(), states, repeats=SECTION_POINTS, threads=1)
+    points = section_cells(subject.model.members(), states, repeats=SECTION_POINTS, threads=1)
     by = scales(subject)
-    x, u = (np.asarray(found.variables[name][1])[0] for name in ("displacement", "velocity"))
+    x, u = (np.asarray(points.variables[name][1])[0] for name in ("displacement", "velocity"))
     return Parts({"px": x * by["length"], "pu": u * by["velocity"]})
 
 
@@ -115,12 +115,12 @@ def spectrum(subject: Subject) -> Parts:
     if the drive does not repeat."""
     repeats, states = subject.model.system.waveform.repeat, start_states(subject.model.members(), subject.initial)
     periods = SPECTRUM_PERIODS if repeats else 1
-    found = spectrum_cells(subject.model.members(), states, periods=periods, threads=1).variables
+    variables = spectrum_cells(subject.model.members(), states, periods=periods, threads=1).variables
     by = scales(subject)
-    amplitude = np.asarray(found["amplitude"][1])[0]
+    amplitude = np.asarray(variables["amplitude"][1])[0]
     ratio = np.arange(amplitude.size) / periods
-    lines = np.asarray(found["line_ratio"][1])[0]
-    heights = np.asarray(found["line_amplitude"][1])[0]
+    lines = np.asarray(variables["line_ratio"][1])[0]
+    heights = np.asarray(variables["line_amplitude"][1])[0]
     kept = np.isfinite(lines)
     omega = float(subject.model.drive_frequency) * by["frequency"]
     top = SHOWN_RATIO

@@ -25,11 +25,11 @@ def attach(diagram: xr.Dataset, followed: xr.Dataset) -> xr.Dataset:
 
 def attached_branches(diagram: xr.Dataset) -> xr.Dataset | None:
     """The branches attached to a diagram, as `gelcone.continue_branch` gave them; None where there are none."""
-    own = [str(name) for name in diagram.variables if str(name).startswith(PREFIX)]
-    if not own:
+    attached_names = [str(name) for name in diagram.variables if str(name).startswith(PREFIX)]
+    if not attached_names:
         return None
-    taken = diagram[own]
-    names = [*own, *(str(dim) for dim in taken.dims if str(dim).startswith(PREFIX))]
+    taken = diagram[attached_names]
+    names = [*attached_names, *(str(dim) for dim in taken.dims if str(dim).startswith(PREFIX))]
     followed = taken.rename({name: name.removeprefix(PREFIX) for name in names})
     for variable in followed.variables.values():
         if "along" in variable.attrs:

@@ -102,11 +102,11 @@ def _settled(shooting: Shooting, values: Array, starts: Array, **flow: Any) -> R
     members = shooting.members_at((grid,))
     # without damping there are no attractors
     rows = np.flatnonzero(members.damped)
-    found = search(members.take(rows), np.tile(starts, (values.size, 1))[rows], **flow)
+    settled_motions = search(members.take(rows), np.tile(starts, (values.size, 1))[rows], **flow)
     section, period = np.full((grid.size, 1, shooting.size), np.nan), np.zeros(grid.size, dtype=np.int64)
     symmetric, arrived = np.zeros((2, grid.size), dtype=bool)
-    cycles = found.cycles
-    section[rows, 0] = np.where(cycles.found[:, None], cycles.point, found.state)
+    cycles = settled_motions.cycles
+    section[rows, 0] = np.where(cycles.found[:, None], cycles.point, settled_motions.state)
     period[rows], symmetric[rows] = np.where(cycles.found, cycles.period, 0), cycles.found & cycles.symmetric
     arrived[rows] = cycles.attracting
     return Runs(grid, section, period, symmetric & (period % 2 == 0), arrived)
@@ -119,7 +119,7 @@ def cover(tree: Tree, shooting: Shooting, runs: Runs, **flow: Any) -> Checked:
     for k in np.flatnonzero(runs.period > 0):
         if shooting.symmetric and np.abs(runs.section[k][:, :2]).max() < RESTING:
             continue
-        own, point = polished(shooting, runs, k, tree.walk.scale, **flow)
+        cycle_shooting, point = polished(shooting, runs, k, tree.walk.scale, **flow)
         if point is None or (runs.attracting and not point.stable):
             if runs.arrived[k]:
                 flags.append(Flag(NO_ORBIT, -1, float(runs.values[k])))
@@ -127,9 +127,9 @@ def cover(tree: Tree, shooting: Shooting, runs: Runs, **flow: Any) -> Checked:
         if shooting.symmetric and np.abs(point.nodes[:, :2]).max() < RESTING:
             continue  # a slow decay, which ends at rest
         cycles += 1
-        own, point = shortest(own, point, tree.walk.scale)
-        if not tree.holds(own, point):
-            tree.add(follow(own, point, tree.walk), 0)
+        cycle_shooting, point = shortest(cycle_shooting, point, tree.walk.scale)
+        if not tree.holds(cycle_shooting, point):
+            tree.add(follow(cycle_shooting, point, tree.walk), 0)
             seeded += 1
             tree.grow()
     return Checked(cycles, seeded, 0, flags)
@@ -144,8 +144,8 @@ def polished(shooting: Shooting, runs: Runs, k: np.intp, scale: float, **flow: A
     nodes = integrate(members, state, times, **flow).states[0]
     if not np.isfinite(nodes).all():
         return shooting, None
-    found = at_value(shooting, nodes, value, Metric.of(nodes, scale))
-    return shooting, found.point if found.step < FARTHEST_CYCLE else None
+    corrected = at_value(shooting, nodes, value, Metric.of(nodes, scale))
+    return shooting, corrected.point if corrected.step < FARTHEST_CYCLE else None
 
 
 def shortest(shooting: Shooting, point: Point, scale: float) -> tuple[Shooting, Point]:
@@ -156,13 +156,13 @@ def shortest(shooting: Shooting, point: Point, scale: float) -> tuple[Shooting, 
         halves = [d for d in range(1, kind.repeats // 2 + 1) if kind.repeats % (2 * d) == 0]
         candidates += [Kind(d, True) for d in halves]
     for candidate in sorted(candidates, key=lambda k: k.period):
-        own = shooting.of_kind(candidate)
-        image = own.signs * point.nodes[: own.count]
-        apart = np.abs(np.roll(point.nodes, -own.count, axis=0)[: own.count] - image).max()
+        shorter = shooting.of_kind(candidate)
+        image = shorter.signs * point.nodes[: shorter.count]
+        apart = np.abs(np.roll(point.nodes, -shorter.count, axis=0)[: shorter.count] - image).max()
         if apart < SETTLED * max(float(np.abs(point.nodes).max()), RESTING):
-            found = at_value(own, point.nodes[: own.count], point.value, Metric.of(point.nodes, scale)).point
-            if found is not None:
-                return own, found
+            orbit = at_value(shorter, point.nodes[: shorter.count], point.value, Metric.of(point.nodes, scale)).point
+            if orbit is not None:
+                return shorter, orbit
     return shooting, point
 
 

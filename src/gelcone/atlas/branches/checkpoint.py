@@ -59,19 +59,21 @@ class Checkpoint:
             Point(nodes, value, multipliers, Direction(*tangent))
             for nodes, value, multipliers, *tangent in _rows(entry, "point", POINT)
         ]
-        found = cls(points, float(entry["step"]))
+        checkpoint = cls(points, float(entry["step"]))
         if entry["ended"] >= 0:
-            found.ended = Ending(int(entry["ended"]))
+            checkpoint.ended = Ending(int(entry["ended"]))
         if "event kind" in entry:
             tables = (_rows(entry, *table) for table in (("event", EVENT), ("orbit", SINGULAR), ("born", BORN)))
             for row, orbit, born, has in zip(*tables, entry["event has born"], strict=True):
                 name, unstable, after, resolved = row
                 leaves = Born(*born) if has else None
-                found.events.append(Event(EventKind(name), Singular(*orbit), leaves, unstable, after, kind, resolved))
+                checkpoint.events.append(
+                    Event(EventKind(name), Singular(*orbit), leaves, unstable, after, kind, resolved)
+                )
         if "merge kind" in entry:
             repeats, reflected = entry["merge kind"].tolist()
-            found.merge = Kind(repeats, bool(reflected)), Singular(*_rows(entry, "merge", SINGULAR)[0])
-        return found
+            checkpoint.merge = Kind(repeats, bool(reflected)), Singular(*_rows(entry, "merge", SINGULAR)[0])
+        return checkpoint
 
 
 def _columns(prefix: str, items: Sequence[Any], names: Sequence[str]) -> dict[str, Array]:

@@ -239,12 +239,12 @@ def _roots(
         raise unknown_name("start of branches", start, STARTS)
     if shooting.symmetric and (not isinstance(start, str) or start == "rest"):
         nodes = _resting(shooting, walk.low)
-        found = at_value(shooting, nodes, walk.low, Metric.of(nodes, walk.scale)).point
-        if found is None:
+        rest_orbit = at_value(shooting, nodes, walk.low, Metric.of(nodes, walk.scale)).point
+        if rest_orbit is None:
             raise InputError(
                 f"start = rest: the flat film is not an orbit at {varied.names[0]} = {varied.said(walk.low)}"
             )
-        return [follow(shooting, found, walk, both_ways=False, resting=True)]
+        return [follow(shooting, rest_orbit, walk, both_ways=False, resting=True)]
     if not isinstance(start, str):
         return []
     if start == "rest":
@@ -254,12 +254,12 @@ def _roots(
     runs = brute_force(walk, shooting, np.array([walk.low, walk.high]), states, **flow)
     roots: list[Branch] = []
     for k in np.flatnonzero(runs.period > 0):
-        own, point = polished(shooting, runs, k, walk.scale, **flow)
+        cycle_shooting, point = polished(shooting, runs, k, walk.scale, **flow)
         if point is None or not point.stable:
             continue
-        own, point = shortest(own, point, walk.scale)
-        if not Tree(walk, 0, roots).holds(own, point):
-            roots.append(follow(own, point, walk))
+        cycle_shooting, point = shortest(cycle_shooting, point, walk.scale)
+        if not Tree(walk, 0, roots).holds(cycle_shooting, point):
+            roots.append(follow(cycle_shooting, point, walk))
     if not roots and start == "settled":
         raise InputError(
             f"start = settled: is not an orbit: the motion is periodic neither at {varied.names[0]} = "
@@ -311,9 +311,9 @@ def _runs(start: Any, varied: Varied) -> Runs | None:
 def _orbits_of(start: xr.Dataset, varied: Varied) -> Runs | None:
     """The middle orbit of each earlier branch on which the disc moves; None without such a branch."""
     along, orbit = in_field_units(start["value"]).values, start["orbit"].values
-    there = [np.flatnonzero(np.isfinite(values)) for values in along]
-    middles = [(k, own[own.size // 2]) for k, own in enumerate(there) if own.size]
-    moving = [place for place in middles if orbit[(*place, 0, 0)]]
+    known_points = [np.flatnonzero(np.isfinite(values)) for values in along]
+    middles = [(k, indices[indices.size // 2]) for k, indices in enumerate(known_points) if indices.size]
+    moving = [middle for middle in middles if orbit[(*middle, 0, 0)]]
     if not moving:
         return None
     rows, points = np.array(moving).T
@@ -328,20 +328,20 @@ def _orbits_of(start: xr.Dataset, varied: Varied) -> Runs | None:
 
 def _label(varied: Varied, tree: Tree, runs: Runs, checked: Checked, options: dict[str, Any]) -> xr.Dataset:
     branches, scale, along = tree.branches, float(varied.scales[0]), varied.attributes()
-    own = dataset.of_states(branches[0].shooting.system)
+    attributes = dataset.of_states(branches[0].shooting.system)
     events = [event for branch in branches for event in branch.events]
     nodes = max(_kept(branch.shooting)[1] for branch in branches)
     kinds = np.array([FLAGS.index(flag.kind) for flag in checked.flags], dtype=np.int8)
-    said, section = _of(checked.flags, "explanation", str), runs.section[:, -MOST_SECTIONS:]
+    explanations, section = _of(checked.flags, "explanation", str), runs.section[:, -MOST_SECTIONS:]
     variables: dict[str, dataset.Variable] = {
         **_point_variables(branches, nodes, scale, along),
         **_branch_variables(branches, events),
         **_event_variables(branches, events, nodes, scale, along),
         "run_value": (("run",), scale * runs.values, "", along),
         "run_period": (("run",), runs.period, "period of the settled motion, 0 for none", "count"),
-        "run_section": (("run", "repeat", "state"), section, "settled motion once every forcing period", own),
+        "run_section": (("run", "repeat", "state"), section, "settled motion once every forcing period", attributes),
         "flag_kind": (("flag",), kinds, "contradiction between branches and brute force", "flag"),
-        "flag_explanation": (("flag",), said, "explanation of the contradiction", "code"),
+        "flag_explanation": (("flag",), explanations, "explanation of the contradiction", "code"),
         "flag_branch": (("flag",), _of(checked.flags, "branch", int), "branch of the contradiction", "count"),
         "flag_value": (("flag",), scale * _of(checked.flags, "value", float), "", along),
         "checked_cycles": ((), checked.cycles, "settled cycles that were compared with the branches", "count"),
@@ -370,19 +370,19 @@ def _point_variables(
 ) -> dict[str, dataset.Variable]:
     """Variables over the points of the branches; up to ``nodes`` nodes of each orbit are stored."""
     size, system = branches[0].shooting.size, branches[0].shooting.system
-    each = len(branches), max(len(branch.points) for branch in branches)
-    value, lowest, highest, growth = (np.full(each, np.nan) for _ in range(4))
-    stable, holds = np.full(each, -1, dtype=np.int8), unknown(*each)
-    orbit, multiplier = np.full((*each, nodes, size), np.nan), np.full((*each, size), np.nan, dtype=complex)
+    shape = len(branches), max(len(branch.points) for branch in branches)
+    value, lowest, highest, growth = (np.full(shape, np.nan) for _ in range(4))
+    stable, holds = np.full(shape, -1, dtype=np.int8), unknown(*shape)
+    orbit, multiplier = np.full((*shape, nodes, size), np.nan), np.full((*shape, size), np.nan, dtype=complex)
     for k, branch in enumerate(branches):
-        own = k, slice(len(branch.points))
-        found = np.array([multipliers_of_period(branch.map, p.multipliers) for p in branch.points])
+        cells = k, slice(len(branch.points))
+        floquet = np.array([multipliers_of_period(branch.map, p.multipliers) for p in branch.points])
         periods = np.array([branch.map.period * branch.shooting.repeat_time((p.value,)) for p in branch.points])
-        value[own], multiplier[own], stable[own] = scale * branch.values, found, np.abs(found[:, 0]) < 1.0
-        growth[own] = np.log(np.maximum(np.abs(found[:, 0]), 1e-300)) / periods
+        value[cells], multiplier[cells], stable[cells] = scale * branch.values, floquet, np.abs(floquet[:, 0]) < 1.0
+        growth[cells] = np.log(np.maximum(np.abs(floquet[:, 0]), 1e-300)) / periods
         kept = np.stack([_kept_nodes(branch.shooting, p.nodes) for p in branch.points])
-        orbit[(*own, slice(kept.shape[1]))] = kept
-        lowest[own], highest[own], holds[own] = _extent(branch)
+        orbit[(*cells, slice(kept.shape[1]))] = kept
+        lowest[cells], highest[cells], holds[cells] = _extent(branch)
     at = ("branch", "point")
     return {
         "value": (at, value, "", along),
@@ -393,7 +393,7 @@ def _point_variables(
         "lyapunov": (at, growth, "largest Lyapunov exponent", "rate"),
         "lowest": (at, lowest, "lowest displacement", "length"),
         "highest": (at, highest, "highest displacement", "length"),
-        **validity_variables(holds, np.zeros(each, dtype=np.int8), system, at, "orbit"),
+        **validity_variables(holds, np.zeros(shape, dtype=np.int8), system, at, "orbit"),
     }
 
 

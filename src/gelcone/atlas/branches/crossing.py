@@ -20,13 +20,13 @@ ROUNDING_AT_TORUS = 1e-12
 
 def events_between(shooting: Shooting, a: Point, b: Point, after: int, walk: Walk, resting: bool) -> list[Event]:
     """The events between two neighbouring points, in their order along the branch."""
-    tests = [(at, one, b.tests[at]) for at, one in a.tests.items()]
-    crossed = [(at, one / (one - other)) for at, one, other in tests if (one < 0.0) != (other < 0.0)]
+    tests = [(at, first, b.tests[at]) for at, first in a.tests.items()]
+    crossed = [(at, first / (first - second)) for at, first, second in tests if (first < 0.0) != (second < 0.0)]
     torus = shooting.size > 2 and _pairs_outside(a) != _pairs_outside(b)
     if not (crossed or torus):
         return []
-    found = [_event(shooting, a, b, at, share, after, walk, resting) for at, share in crossed]
-    events = [event for event in found if event is not None]
+    candidates = [_event(shooting, a, b, at, share, after, walk, resting) for at, share in crossed]
+    events = [event for event in candidates if event is not None]
     if torus:
         events.append(_torus(shooting, a, b, after, walk))
     metric = Metric.of(a.nodes, walk.scale)

@@ -103,33 +103,33 @@ def _walk(shooting: Shooting, first: Singular, window: Window, way: float) -> tu
         plane = by_states * tangent[0], by_values * tangent[1]
         guess = here.nodes + step * tangent[0], here.values + step * tangent[1]
         if before is not None:
-            one, back = before
-            apart, scale = length(here.nodes - one.nodes, here.values - one.values), length(*back)
+            prior, back = before
+            apart, scale = length(here.nodes - prior.nodes, here.values - prior.values), length(*back)
             weights = cubic_weights(1.0 + step / apart) * np.array([1.0, 1.0, apart / scale, apart])
             guess = (
-                weights[0] * one.nodes + weights[1] * here.nodes + weights[2] * back[0] + weights[3] * tangent[0],
-                weights[0] * one.values + weights[1] * here.values + weights[2] * back[1] + weights[3] * tangent[1],
+                weights[0] * prior.nodes + weights[1] * here.nodes + weights[2] * back[0] + weights[3] * tangent[0],
+                weights[0] * prior.values + weights[1] * here.values + weights[2] * back[1] + weights[3] * tangent[1],
             )
-        found, possible = _located(shooting, guess, here, plane)
+        point, possible = _located(shooting, guess, here, plane)
         off, turn = np.inf, -1.0
-        if found is not None and found.ahead is not None:
-            off, ahead = length(found.nodes - guess[0], found.values - guess[1]), length(*found.ahead)
-            turn = float(np.sum(plane[0] * found.ahead[0]) + np.sum(plane[1] * found.ahead[1])) / ahead
-        if found is None or found.ahead is None or not (off < 0.3 * step and turn > SAME_WAY):
+        if point is not None and point.ahead is not None:
+            off, ahead = length(point.nodes - guess[0], point.values - guess[1]), length(*point.ahead)
+            turn = float(np.sum(plane[0] * point.ahead[0]) + np.sum(plane[1] * point.ahead[1])) / ahead
+        if point is None or point.ahead is None or not (off < 0.3 * step and turn > SAME_WAY):
             step *= 0.4
             if step < SHORTEST_STEP:
                 return points, Ending.STEP if possible else Ending.IMPOSSIBLE
             continue
-        if not window.holds(found.values):
-            last = _at_border(shooting, here, found, window)
+        if not window.holds(point.values):
+            last = _at_border(shooting, here, point, window)
             return [*points, last] if last is not None else points, Ending.LIMIT
-        if np.abs(found.nodes).max() < AT_REST * size:
+        if np.abs(point.nodes).max() < AT_REST * size:
             return points, Ending.REST
-        points.append(found)
-        size = max(size, float(np.abs(found.nodes).max()))
-        if len(points) > 6 and length(found.nodes - first.nodes, found.values - first.values) < 0.7 * step:
+        points.append(point)
+        size = max(size, float(np.abs(point.nodes).max()))
+        if len(points) > 6 and length(point.nodes - first.nodes, point.values - first.values) < 0.7 * step:
             return [*points, first], Ending.CLOSED
-        before, direction = (here, direction), found.ahead
+        before, direction = (here, direction), point.ahead
         factor = min(max((AIM / max(off, 1e-9)) ** 0.25, 0.5), 1.6)
         step = min(step * factor, LONGEST_STEP)
     return points, Ending.POINTS
@@ -210,9 +210,9 @@ def _find_special(curve: Curve, window: Window) -> None:
     for k in np.flatnonzero(tests[1:] * tests[:-1] < 0.0):
         if curve.kind == EventKind.FOLD and not _reverses(curve, int(k), window):
             continue
-        found = _zero(curve, int(k), window, FAR_SIDE)
-        if found is not None:
-            curve.special.append((replace(found, errors=_errors(curve, int(k), window, found)), int(k)))
+        zero = _zero(curve, int(k), window, FAR_SIDE)
+        if zero is not None:
+            curve.special.append((replace(zero, errors=_errors(curve, int(k), window, zero)), int(k)))
 
 
 def _errors(curve: Curve, k: int, window: Window, found: Singular) -> Array:
@@ -248,11 +248,11 @@ def _zero(curve: Curve, k: int, window: Window, over: float) -> Singular | None:
         share = (low * above - high * below) / (above - below)
         share = min(max(share, low + 1e-3 * (high - low)), high - 1e-3 * (high - low))
         nodes, values = a.nodes + share * (b.nodes - a.nodes), a.values + share * (b.values - a.values)
-        found = locate(shooting, nodes, values, a.at, 0.5, chord, a)
-        if found is None:
+        candidate = locate(shooting, nodes, values, a.at, 0.5, chord, a)
+        if candidate is None:
             return None
-        width = float(np.abs((found.values - point.values) / window.scale).max())
-        point, test = found, _turned(a, found) * _coefficient(shooting, found, over)
+        width = float(np.abs((candidate.values - point.values) / window.scale).max())
+        point, test = candidate, _turned(a, candidate) * _coefficient(shooting, candidate, over)
         if width < WIDTH or high - low < 1e-13 or test == 0.0:
             break
         if test * below > 0.0:

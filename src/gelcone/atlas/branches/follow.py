@@ -85,13 +85,13 @@ def _take_step(shooting: Shooting, way: Checkpoint, walk: Walk, resting: bool) -
     metric = Metric.of(here.nodes, walk.scale)
     tangent = metric.unit(here.tangent)
     guess = _ahead(points[-2] if len(points) > 1 else None, here, tangent, metric, way.step)
-    found = _corrected(shooting, guess, tangent, metric)
-    point = found.point
-    if point is None or not _trusted(shooting, here, found, tangent, metric, way.step, resting):
+    corrected = _corrected(shooting, guess, tangent, metric)
+    point = corrected.point
+    if point is None or not _trusted(shooting, here, corrected, tangent, metric, way.step, resting):
         way.step *= 0.4
         if way.step < SHORTEST_STEP:
             at_wall = Ending.PULLED_IN if shooting.pulled_in else Ending.WALL
-            way.finish(Ending.IMPOSSIBLE if found.impossible else at_wall if found.left else Ending.STEP)
+            way.finish(Ending.IMPOSSIBLE if corrected.impossible else at_wall if corrected.left else Ending.STEP)
         return
     if not walk.low <= point.value <= walk.high:
         last = _at_border(shooting, here, point, walk, metric)
@@ -123,7 +123,7 @@ def _take_step(shooting: Shooting, way: Checkpoint, walk: Walk, resting: bool) -
         way.finish(Ending.CLOSED, points[0])
     elif len(points) >= walk.most:
         way.finish(Ending.POINTS)
-    factor = min(max((AIM / max(found.step, 1e-12)) ** 0.25, 0.5), 1.7)
+    factor = min(max((AIM / max(corrected.step, 1e-12)) ** 0.25, 0.5), 1.7)
     way.step = min(way.step * factor, LONGEST_STEP_AT_REST if resting else LONGEST_STEP)
 
 
@@ -165,15 +165,15 @@ def _turned_back(shooting: Shooting, points: list[Point], point: Point, metric: 
         first, middle, last = (float(np.prod(1.0 - at * p.multipliers).real) for p in (before, here, point))
         if middle * last <= 0.0:
             continue
-        one, other = (middle - first) / back, (last - middle) / ahead
-        bend = (other - one) / (back + ahead)
-        slope = other - bend * ahead
+        back_slope, ahead_slope = (middle - first) / back, (last - middle) / ahead
+        bend = (ahead_slope - back_slope) / (back + ahead)
+        slope = ahead_slope - bend * ahead
         share = -slope / (2.0 * bend * ahead) if bend * middle > 0.0 else 0.0
         if not 0.0 < share < 1.0 or (middle + 0.5 * slope * share * ahead) / middle > CLOSE * min(1.0, last / middle):
             continue
-        found = point_between(shooting, here, point, share, metric)
-        if found is not None and found.tests[at] * middle < 0.0:
-            return found
+        orbit = point_between(shooting, here, point, share, metric)
+        if orbit is not None and orbit.tests[at] * middle < 0.0:
+            return orbit
     return None
 
 
@@ -195,10 +195,10 @@ def _at_border(shooting: Shooting, here: Point, beyond: Point, walk: Walk, metri
         return here
     share = (border - here.value) / (beyond.value - here.value)
     guess = between(here, beyond, share, metric.value)
-    found = at_value(shooting, guess.nodes, border, metric)
-    if found.point is None or found.step > LARGEST_GUESS_ERROR:
+    corrected = at_value(shooting, guess.nodes, border, metric)
+    if corrected.point is None or corrected.step > LARGEST_GUESS_ERROR:
         return None
-    return replace(facing(found.point, beyond.tangent, metric), value=border)
+    return replace(facing(corrected.point, beyond.tangent, metric), value=border)
 
 
 # --- ends within the interval -----------------------------------------------------------------------------------------
@@ -238,14 +238,14 @@ def _merge(shooting: Shooting, here: Point, point: Point, scale: float) -> tuple
     ):
         if (before * after).sum() >= 0.0:
             continue
-        one, other = np.abs(before).max(), np.abs(after).max()
-        guess = between(here, point, one / (one + other), scale)
+        size_before, size_after = np.abs(before).max(), np.abs(after).max()
+        guess = between(here, point, size_before / (size_before + size_after), scale)
         parent = shooting.of_kind(kind)
         half = len(guess.nodes) // 2
         nodes = 0.5 * (guess.nodes[:half] + parent.signs * guess.nodes[half:])
-        found = locate(parent, nodes, np.array([guess.value]), DOUBLE, 0.5)
-        if found is not None:
-            return kind, found
+        orbit = locate(parent, nodes, np.array([guess.value]), DOUBLE, 0.5)
+        if orbit is not None:
+            return kind, orbit
     return None
 
 

@@ -35,11 +35,11 @@ class Journal:
 
     def entry(self, compute: Callable[[], Entry]) -> Entry:
         """The next entry, read from the folder or computed now."""
-        found, whole = self.begin()
+        entry, whole = self.begin()
         if not whole:
-            found = compute()
-            self.end(lambda: found)
-        return found
+            entry = compute()
+            self.end(lambda: entry)
+        return entry
 
     def begin(self) -> tuple[Entry, bool]:
         """The stored part of the next entry; and True if it is complete."""
@@ -79,8 +79,8 @@ class Journal:
 
 def _read(path: Path) -> Entry:
     try:
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as found:
-            return dict(found)
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
+            return dict(archive)
     except (OSError, ValueError, zipfile.BadZipFile) as error:
         reason = " ".join(str(error).split())
         raise InputError(f"{path}: is damaged ({reason}); remove it, and what follows is computed again") from None

@@ -124,7 +124,7 @@ def locus(
     varied = vary(model, over, initial)
     counts = {"switch": switch, "checks": checks, "points": points}
     check_following(counts, tolerance, threads)
-    own = _own_value(varied)
+    second = _own_value(varied)
     counted, flow = Counted(progress), {"tolerance": tolerance, "threads": threads}
     across = vary(model, {names[0]: over[names[0]]}, initial)
     (low,), (high,) = across.ends
@@ -138,19 +138,19 @@ def locus(
     if not seeds:
         raise InputError(
             f"event = {event}: none lies on {names[0]} from {across.said(low)} to {across.said(high)} at "
-            f"{names[1]} = {varied.worded(own, 1)}; take a wider interval, or see what there is with continue_branch"
+            f"{names[1]} = {varied.worded(second, 1)}; take a wider interval, or see what there is with continue_branch"
         )
-    own /= float(varied.scales[1])
+    second /= float(varied.scales[1])
     stretched = float(across.scales[0] / varied.scales[0])
     window = Window(*varied.ends, points)
     plane = varied.shooting(tolerance)
     curves: list[Curve] = []
     for seed in seeds:
         shooting = plane.of_kind(seed.map)
-        if len(curves) >= CURVES or _known(curves, shooting, seed.orbit, stretched * seed.value, own):
+        if len(curves) >= CURVES or _known(curves, shooting, seed.orbit, stretched * seed.value, second):
             continue
         nodes = _renoded(tree.branches[seed.branch].shooting, shooting, seed.orbit.nodes, seed.value)
-        curve = follow_curve(shooting, kind, nodes, np.array([stretched * seed.value, own]), seed.orbit.at, window)
+        curve = follow_curve(shooting, kind, nodes, np.array([stretched * seed.value, second]), seed.orbit.at, window)
         if curve is not None:
             curves.append(curve)
         counted((1.0 - FOLLOWING) / len(seeds))
@@ -182,15 +182,15 @@ def _own_value(varied: Varied) -> float:
     """The actuator's value of the second parameter, at which events are searched."""
     name, low, high = varied.names[1], float(varied.low[1]), float(varied.high[1])
     target = varied.target
-    own = target.get(name) if isinstance(target, Device) else target.values[name]
-    if own is None or not low <= float(own) <= high:
-        what = "is not given" if own is None else f"is {varied.worded(float(own), 1)}"
+    second_value = target.get(name) if isinstance(target, Device) else target.values[name]
+    if second_value is None or not low <= float(second_value) <= high:
+        what = "is not given" if second_value is None else f"is {varied.worded(float(second_value), 1)}"
         whose = "model" if varied.device is None else "device"
         raise InputError(
             f"{name} from {varied.worded(low, 1)} to {varied.worded(high, 1)}: must hold the {whose}'s own value, "
             f"which {what}, and at which events are searched for; set it, or move the interval"
         )
-    return float(own)
+    return float(second_value)
 
 
 def _renoded(old: Shooting, new: Shooting, nodes: Array, value: float) -> Array:
@@ -234,7 +234,7 @@ def _known(curves: list[Curve], shooting: Shooting, orbit: Singular, first: floa
 
 def _label(varied: Varied, curves: list[Curve], options: dict[str, Any]) -> xr.Dataset:
     special = [(number, point, after) for number, curve in enumerate(curves) for point, after in curve.special]
-    size, own = curves[0].shooting.size, dataset.of_states(varied.plan.cone.system)
+    size, state_attributes = curves[0].shooting.size, dataset.of_states(varied.plan.cone.system)
     blank = np.full((len(curves), max(len(curve.points) for curve in curves)), np.nan)
     values, coefficient, curvature = np.stack([blank, blank]), blank.copy(), blank.copy()
     orbit = np.full((*blank.shape, size), np.nan)
@@ -253,7 +253,7 @@ def _label(varied: Varied, curves: list[Curve], options: dict[str, Any]) -> xr.D
     states = np.array([point.nodes[0] for _, point, _ in special]).reshape(-1, size)
     periods, reflected = (np.array([getattr(c.shooting.kind, n) for c in curves]) for n in ("period", "reflected"))
     variables: dict[str, dataset.Variable] = {
-        "orbit": ((*each, "state"), orbit, "states at phase 0", own),
+        "orbit": ((*each, "state"), orbit, "states at phase 0", state_attributes),
         "coefficient": (each, coefficient, "coefficient that passes 0 at a point of codimension two", "coefficient"),
         "curvature": (each, curvature, "curvature of the branch that is born", "coefficient"),
         "period": (of, periods, "period in forcing periods", "count"),
@@ -262,7 +262,7 @@ def _label(varied: Varied, curves: list[Curve], options: dict[str, Any]) -> xr.D
         "event_kind": (at, kinds, "kind of point", EventKind),
         "event_curve": (at, np.array([n for n, _, _ in special], dtype=int), "curve of the point", "count"),
         "event_point": (at, np.array([k for _, _, k in special], dtype=int), "point of the curve before it", "count"),
-        "event_orbit": ((*at, "state"), states, "states at phase 0", own),
+        "event_orbit": ((*at, "state"), states, "states at phase 0", state_attributes),
         "event_multiplier_real": ((*at, "multiplier"), multipliers.real, "real part", "multiplier"),
         "event_multiplier_imag": ((*at, "multiplier"), multipliers.imag, "imaginary part", "multiplier"),
     }

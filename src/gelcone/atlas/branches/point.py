@@ -125,10 +125,10 @@ def correct(shooting: Shooting, guess: Direction, plane: Direction, metric: Metr
     rows, corner = metric.row(plane)
     top = np.array([[0.0, 1.0]])
     for _ in range(CORRECTIONS):
-        found = shooting.run(nodes, (value,))
-        if not found.arrived:
+        orbit_pass = shooting.run(nodes, (value,))
+        if not orbit_pass.arrived:
             return Corrected(None, True, first)
-        step, tangent = _newton(shooting, found, nodes, rows, corner, top)
+        step, tangent = _newton(shooting, orbit_pass, nodes, rows, corner, top)
         if step is None or tangent is None:
             return Corrected(None, False, first)
         nodes, value = nodes + step.nodes, value + step.value
@@ -137,7 +137,7 @@ def correct(shooting: Shooting, guess: Direction, plane: Direction, metric: Metr
         if length < CLOSE:
             if not shooting.inside(nodes, (value,)):
                 return Corrected(None, True, first)
-            multipliers = shooting.multipliers(found.tangents, (value,))
+            multipliers = shooting.multipliers(orbit_pass.tangents, (value,))
             return Corrected(Point(nodes, value, multipliers, metric.unit(tangent)), False, first)
         if not length < CONTRACTION * before:
             return Corrected(None, False, first)
@@ -179,8 +179,8 @@ def facing(point: Point, way: Direction, metric: Metric) -> Point:
 
 def point_between(shooting: Shooting, a: Point, b: Point, share: float, metric: Metric) -> Point | None:
     """The point of a branch between two others, at about a ``share`` of the way; None where none is found."""
-    found = correct(shooting, between(a, b, share, metric.value), metric.unit(way(a, b)), metric).point
-    return None if found is None else facing(found, a.tangent, metric)
+    point = correct(shooting, between(a, b, share, metric.value), metric.unit(way(a, b)), metric).point
+    return None if point is None else facing(point, a.tangent, metric)
 
 
 def shares_at(a: Point, b: Point, value: float, scale: float) -> list[float]:
@@ -209,5 +209,5 @@ def cubic_weights(s: Any) -> Array:
 
 
 def _values(a: Point, b: Point, weights: Array) -> Array:
-    found = weights[0] * a.value + weights[1] * b.value
-    return np.asarray(found + weights[2] * a.tangent.value + weights[3] * b.tangent.value)
+    interpolated = weights[0] * a.value + weights[1] * b.value
+    return np.asarray(interpolated + weights[2] * a.tangent.value + weights[3] * b.tangent.value)

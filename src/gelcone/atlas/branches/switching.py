@@ -41,9 +41,9 @@ def first_points(shooting: Shooting, event: Event, walk: Walk) -> tuple[Shooting
     while amplitude > SMALLEST_AMPLITUDE * size:
         shift = amplitude * amplitude
         guess = Direction(nodes + amplitude * null + shift * bend, value + shift * curvature)
-        found: Corrected = correct(child, guess, tangent, metric)
-        if found.point is not None and found.step < 0.3 * amplitude and found.point.tests[DOUBLE] > 0.0:
-            start = Point(nodes, value, found.point.multipliers, tangent)
-            return child, start, facing(found.point, tangent, metric)
+        corrected: Corrected = correct(child, guess, tangent, metric)
+        if corrected.point is not None and corrected.step < 0.3 * amplitude and corrected.point.tests[DOUBLE] > 0.0:
+            start = Point(nodes, value, corrected.point.multipliers, tangent)
+            return child, start, facing(corrected.point, tangent, metric)
         amplitude *= 0.4
     return None

@@ -67,14 +67,14 @@ class Tree:
             if event.born_branch >= 0 or (deep and level >= self.switch):
                 continue
             parent = self.branches[event.branch]
-            found = first_points(parent.shooting, event, self.walk)
-            if found is None or self.holds(found[0], found[2]):
+            birth = first_points(parent.shooting, event, self.walk)
+            if birth is None or self.holds(birth[0], birth[2]):
                 continue
-            child, start, point = found
+            child, start, point = birth
             branch = follow(child, point, self.walk, both_ways=False)
             branch.points.insert(0, start)
-            for own in branch.events:
-                own.after += 1
+            for branch_event in branch.events:
+                branch_event.after += 1
             first = Ending.REST if event.kind == EventKind.LOSS_OF_REST else Ending.MERGED
             branch.ended = (first, branch.ended[1])
             event.born_branch = self.add(branch, level + deep, event)
@@ -92,8 +92,8 @@ class Tree:
                 if distance(shooting, guess.nodes, point.nodes) > 2.0 * reach:
                     continue
                 metric = Metric.of(guess.nodes, self.walk.scale)
-                found = at_value(branch.shooting, guess.nodes, point.value, metric).point
-                if found is not None and distance(shooting, found.nodes, point.nodes) < SAME_ORBIT:
+                orbit = at_value(branch.shooting, guess.nodes, point.value, metric).point
+                if orbit is not None and distance(shooting, orbit.nodes, point.nodes) < SAME_ORBIT:
                     return True
         return False
 

@@ -105,9 +105,9 @@ class Varied:
 
         def made(values: Sequence[Any]) -> dict[str, Any]:
             spread = np.broadcast_arrays(*(np.atleast_1d(value) for value in values))
-            found = self.ensemble(spread).values
+            model_values = self.ensemble(spread).values
             single = not any(np.ndim(value) for value in values)
-            return {name: np.ravel(v)[0] if single else v for name, v in found.items()}
+            return {name: np.ravel(v)[0] if single else v for name, v in model_values.items()}
 
         return made
 
@@ -220,17 +220,17 @@ def _narrowed(varied: Varied) -> Varied:
     inner = next((at for at in (*ends, 0.5 * (ends[0] + ends[1])) if not refusal(at)), None)
     if inner is None:
         raise InputError(reasons[0])
-    refused, found = [], list(ends)
+    refused, possible_ends = [], list(ends)
     for k in np.flatnonzero(reasons):
-        found[k], beyond = inner, ends[k]
+        possible_ends[k], beyond = inner, ends[k]
         for _ in range(HALVINGS):
-            middle = 0.5 * (found[k] + beyond)
+            middle = 0.5 * (possible_ends[k] + beyond)
             if refusal(middle):
                 beyond = middle
             else:
-                found[k] = middle
+                possible_ends[k] = middle
         refused.append((varied.worded(beyond), refusal(beyond)))
-    return replace(varied, low=np.array(found[:1]), high=np.array(found[1:]), refused=tuple(refused))
+    return replace(varied, low=np.array(possible_ends[:1]), high=np.array(possible_ends[1:]), refused=tuple(refused))
 
 
 def _named(varied: Varied, values: Sequence[Any]) -> dict[str, Array]:
@@ -243,17 +243,17 @@ def _standing_for(varied: Varied) -> tuple[tuple[str, ...], Array]:
     parameters, where others change with the fields, too, the larger end of each field."""
     fields, model = varied.corners
     moved = {name: v for name, v in model.values.items() if np.unique(v).size > 1}
-    found, scales = [], []
+    parameters, scales = [], []
     for field in fields:
         top = np.abs(field).argmax()
-        own = [
+        matching_names = [
             name
             for name, values in moved.items()
             if np.allclose(values * field[top], field * values[top], rtol=PROPORTIONAL, atol=0.0)
         ]
-        if len(own) == 1:
-            found.append(own[0])
-            scales.append(float(field[top] / moved[own[0]][top]))
-    if len(found) == len(fields) == len(moved):
-        return tuple(found), np.array(scales)
+        if len(matching_names) == 1:
+            parameters.append(matching_names[0])
+            scales.append(float(field[top] / moved[matching_names[0]][top]))
+    if len(parameters) == len(fields) == len(moved):
+        return tuple(parameters), np.array(scales)
     return (), np.maximum(np.abs(varied.low), np.abs(varied.high))

@@ -135,10 +135,10 @@ def classify(
     _examine((partial(_settle, duration=duration[kept]), _returns), members, kept, evidence, flow_options)
     _examine(measures, members, _wandering(kept, evidence), evidence, flow_options)
     nearby = Nearby.at(evidence.final, STARTS)
-    found = Search(members, nearby, counted, **flow_options)
-    unsettled = follow_starts(found, nearby, losing, duration, longest)
+    search = Search(members, nearby, counted, **flow_options)
+    unsettled = follow_starts(search, nearby, losing, duration, longest)
     evidence.settled_time[losing] = np.where(np.isin(losing, unsettled), duration[losing], nearby.followed[losing, 0])
-    _store_found(found, losing, evidence, flow_options)
+    _store_found(search, losing, evidence, flow_options)
     averaging = flow_options | {"tolerance": max(flow_options.get("tolerance", 0.0), MEASURE_TOLERANCE)}
     measured = _examine((_sample, *measures), members, _wandering(losing, evidence), evidence, averaging)
     _find_late_cycles(members, measured, nearby, evidence, flow_options)

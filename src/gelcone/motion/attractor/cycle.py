@@ -105,10 +105,10 @@ def find_cycles(members: Members, states: Array, period: npt.NDArray[np.int64], 
         between[rows[attract]] = np.nan
     rows = np.flatnonzero(cycles.found & np.isfinite(between).all(axis=1))
     if rows.size:
-        own, _, _ = _found(members.take(rows), between[rows], cycles.period[rows], flow_options)
-        attract = own.found & own.symmetric & (own.sign < 0)
-        distance = np.abs(own.point - states[rows]).max(axis=1) / own.size
-        cycles.put(rows[attract], replace(own, distance=distance).take(attract))
+        candidates, _, _ = _found(members.take(rows), between[rows], cycles.period[rows], flow_options)
+        attract = candidates.found & candidates.symmetric & (candidates.sign < 0)
+        distance = np.abs(candidates.point - states[rows]).max(axis=1) / candidates.size
+        cycles.put(rows[attract], replace(candidates, distance=distance).take(attract))
     return cycles
 
 
@@ -120,9 +120,9 @@ def _found(
     cycles, alike = Cycles.blank(len(states), states=states.shape[1]), np.zeros_like(period)
     between = np.full(states.shape, np.nan)
     for rows, clock, repeats in turns(members, period):
-        found = _of_period(members.take(rows), states[rows], clock, repeats, flow_options)
-        own, alike[rows], between[rows] = found
-        cycles.put(rows, own)
+        triple = _of_period(members.take(rows), states[rows], clock, repeats, flow_options)
+        row_cycles, alike[rows], between[rows] = triple
+        cycles.put(rows, row_cycles)
     return cycles, alike, between
 
 

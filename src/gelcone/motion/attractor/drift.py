@@ -87,11 +87,11 @@ def drifted(members: Members, states: Array, period: npt.NDArray[np.int64], **fl
     for _ in range(MOST_STEPS):
         if not rows.size:
             break
-        own = at.take(rows)
-        leap = _repeated(own, most[rows], members.time_constant[rows] / turn[rows])
+        before = at.take(rows)
+        leap = _repeated(before, most[rows], members.time_constant[rows] / turn[rows])
         new = _returned(members.take(rows), point[rows] + leap.step, period[rows], flow_options)
         with np.errstate(all="ignore"):
-            error = np.abs(mapped(leap.sum, new.gap - leap.gap)).max(axis=1) / own.size / SLIP
+            error = np.abs(mapped(leap.sum, new.gap - leap.gap)).max(axis=1) / before.size / SLIP
             good = (error < 1.0) & np.isfinite(new.growth)
             change = np.where(np.isfinite(error), np.floor(-0.5 * np.log2(np.maximum(error, 1e-6))), -4.0)
         most[rows] = leap.doublings + np.where(good, np.maximum(change, 0.0), np.minimum(change, -1.0)).astype(int)
@@ -102,12 +102,12 @@ def drifted(members: Members, states: Array, period: npt.NDArray[np.int64], **fl
         point[advanced] += leap.step[good]
         time[advanced] += turn[advanced] * 2.0 ** leap.doublings[good]
         at.put(advanced, new.take(good))
-        there = good & leap.settled & (np.abs(leap.step).max(axis=1) < 0.1 * NEAR_RETURN * own.size)
-        there &= new.growth < fastest_growth[rows]
-        ends[rows[there]] = True
+        arrived = good & leap.settled & (np.abs(leap.step).max(axis=1) < 0.1 * NEAR_RETURN * before.size)
+        arrived &= new.growth < fastest_growth[rows]
+        ends[rows[arrived]] = True
         course.append(np.full(states.shape, np.nan))
         course[-1][advanced] = point[advanced]
-        rows = rows[~there & (2.0 ** most[rows] >= FEWEST_PERIODS)]
+        rows = rows[~arrived & (2.0 ** most[rows] >= FEWEST_PERIODS)]
     return Drift(point, time, ends, _passed(np.stack(course, axis=1)))
 
 
@@ -162,7 +162,7 @@ def _repeated(at: Returned, most: npt.NDArray[np.int64], slowest: Array) -> _Lea
 def _returned(members: Members, states: Array, period: npt.NDArray[np.int64], options: dict[str, Any]) -> Returned:
     """One turn of the map of ``period`` (members,) forcing periods from ``states`` (members, N)."""
     options = options | {"tolerance": max(options.get("tolerance", DEFAULT_TOLERANCE), TOLERANCE)}
-    found = Returned.blank(len(states), states=states.shape[1])
+    returned = Returned.blank(len(states), states=states.shape[1])
     for rows, clock, repeats in turns(members, period):
         times = clock.repeat[:, None] * (np.arange(1, repeats * clock.per_repeat + 1) / clock.per_repeat)
         run = integrate(members.take(rows), states[rows], times, keep="tangents", **options)
@@ -173,5 +173,5 @@ def _returned(members: Members, states: Array, period: npt.NDArray[np.int64], op
         size = np.maximum(np.abs(run.states[done]).max(axis=(1, 2)), SMALLEST_SIZE)
         growth = np.abs(np.linalg.eigvals(tangent)).max(axis=1)
         gap = run.states[done, -1] - states[rows[done]]
-        found.put(rows[done], Returned(gap, tangent, size, growth))
-    return found
+        returned.put(rows[done], Returned(gap, tangent, size, growth))
+    return returned

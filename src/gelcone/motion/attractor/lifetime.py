@@ -148,15 +148,15 @@ def chaos_of(
     """
     times = nearby.times(SETTLING / np.maximum(attraction, FLOOR))[rows]
     escaped, valid = nearby.escaped[rows], nearby.outcome[rows] == Outcome.OK
-    left = (valid & ~escaped & (chaotic[rows, None] | (times > 0.0))).sum(axis=1)
+    still_chaotic = (valid & ~escaped & (chaotic[rows, None] | (times > 0.0))).sum(axis=1)
     ended = (escaped & valid).sum(axis=1)
-    count = ended + left
-    found = lifetimes(ended, np.where(valid, times, 0.0).sum(axis=1))
-    mean, low, high = (np.where(found[0] > 0.0, values, np.nan) for values in found)
-    fates = np.array([_fates(int(row), nearby, int(n)) for row, n in zip(rows, left, strict=True)])
+    count = ended + still_chaotic
+    estimates = lifetimes(ended, np.where(valid, times, 0.0).sum(axis=1))
+    mean, low, high = (np.where(estimates[0] > 0.0, values, np.nan) for values in estimates)
+    fates = np.array([_fates(int(row), nearby, int(n)) for row, n in zip(rows, still_chaotic, strict=True)])
     fates = fates.reshape(rows.size, FATES, 3)
     with np.errstate(invalid="ignore"):
-        share_chaotic, fate_share = left / count, fates[..., 2] / count[:, None]
+        share_chaotic, fate_share = still_chaotic / count, fates[..., 2] / count[:, None]
     return {
         "lifetime": mean,
         "lifetime_low": low,
@@ -174,10 +174,10 @@ def chaos_of(
 def _fates(row: int, nearby: Nearby, left: int) -> list[tuple[int, int, int]]:
     """Regime, period and number of starts of each attractor of one member, the most frequent first, (`FATES`, 3), with
     the number ``left`` of those that are still chaotic."""
-    found: list[tuple[int, int, int]] = []
+    fates: list[tuple[int, int, int]] = []
     for group in nearby.fates(row):
         still = float((nearby.highest[row, group[0]] - nearby.lowest[row, group[0]]).max()) < REST_TOLERANCE
         period = 0 if still else int(nearby.period[row, group[0]])
-        found.append((Regime.REST if still else Regime.PERIODIC, period, group.size))
-    found += [(Regime.CHAOTIC, 0, left)] * (left > 0) + [(-1, 0, 0)] * FATES
-    return sorted(found, key=lambda fate: -fate[2])[:FATES]
+        fates.append((Regime.REST if still else Regime.PERIODIC, period, group.size))
+    fates += [(Regime.CHAOTIC, 0, left)] * (left > 0) + [(-1, 0, 0)] * FATES
+    return sorted(fates, key=lambda fate: -fate[2])[:FATES]

@@ -137,23 +137,23 @@ def follow(
     Also returns the times (members,) at which each separated from the first of its group of ``abreast`` members,
     infinite if it did not.
     """
-    found, apart = Returns.blank(len(states), states=states.shape[1]), np.full(members.size, np.inf)
+    returns, apart = Returns.blank(len(states), states=states.shape[1]), np.full(members.size, np.inf)
     for rows, numbers in _groups(repeats, abreast):
-        part = members.take(rows)
+        group = members.take(rows)
         ticks = (numbers[:, :, None] + np.asarray(PHASES) - 1.0).reshape(len(rows), -1)
         share = weighted(progress, rows.size / members.size)
-        run = integrate(part, states[rows], ticks * part.forcing_period[:, None], progress=share, **flow_options)
+        run = integrate(group, states[rows], ticks * group.forcing_period[:, None], progress=share, **flow_options)
         points = run.states.reshape(*numbers.shape, -1)
-        times = numbers * part.forcing_period[:, None]
-        found.final[rows], found.outcome[rows] = run.states[:, -1], run.outcome
+        times = numbers * group.forcing_period[:, None]
+        returns.final[rows], returns.outcome[rows] = run.states[:, -1], run.outcome
         dense = points[:, -min(WINDOW, points.shape[1]) :]
-        found.period[rows], found.gap[rows] = period_of(dense)
+        returns.period[rows], returns.gap[rows] = period_of(dense)
         if not members.system.planar:  # an even drift changes the state by the same amount in each period
             drift, _ = period_of(np.diff(dense, axis=1), size=np.abs(dense).max(axis=(1, 2)))
-            found.drift[rows] = np.where(found.period[rows] > 0, found.period[rows], drift)
-        _store_cycles(found, rows, points, times)
+            returns.drift[rows] = np.where(returns.period[rows] > 0, returns.period[rows], drift)
+        _store_cycles(returns, rows, points, times)
         apart[rows] = _separation_times(points, times, abreast)
-    return found, apart
+    return returns, apart
 
 
 def _groups(
@@ -260,9 +260,9 @@ class Starts(Columns):
         angles = 2.0 * np.pi * np.arange(starts - 1) / (starts - 1)
         around = np.zeros((starts, size))
         around[1:, 0], around[1:, 1] = NEARBY * np.cos(angles), NEARBY * np.sin(angles)
-        found = cls.blank(count, starts, states=size)
-        found.state[:] = states[:, None] + around
-        return replace(found, apart=np.full(count, np.inf))
+        new_starts = cls.blank(count, starts, states=size)
+        new_starts.state[:] = states[:, None] + around
+        return replace(new_starts, apart=np.full(count, np.inf))
 
     @property
     def escaped(self) -> npt.NDArray[np.bool_]:
@@ -433,17 +433,17 @@ def search(
     `CHAOS_TRANSIENTS`; ``flow_options`` go to `integrate`.
     """
     counted = Counted(progress)
-    found = Search(members, Starts.at(states, 2), counted, **flow_options)
+    member_search = Search(members, Starts.at(states, 2), counted, **flow_options)
     duration, rows = transient_of(members, transient), np.arange(members.size)
     if rows.size:
-        found.begin(rows, duration, 0.5)
-        unsettled, longest = found.under_way(rows), patience_of(members, patience)
+        member_search.begin(rows, duration, 0.5)
+        unsettled, longest = member_search.under_way(rows), patience_of(members, patience)
         if patience is None:
-            chaotic = np.isfinite(found.starts.apart)
+            chaotic = np.isfinite(member_search.starts.apart)
             longest = np.where(chaotic, np.minimum(longest, CHAOS_TRANSIENTS * duration), longest)
-        found.follow(unsettled, duration, longest, 0.5)
+        member_search.follow(unsettled, duration, longest, 0.5)
     counted.finish()
-    return found
+    return member_search
 
 
 def integration(options: dict[str, Any]) -> dict[str, Any]:
@@ -453,5 +453,5 @@ def integration(options: dict[str, Any]) -> dict[str, Any]:
 
 def cycles_reached(members: Members, states: Array, **flow_options: Any) -> Cycles:
     """Find the cycles near motions that return, from ``states`` at phase 0."""
-    found, _ = follow(members, states, np.full(members.size, WINDOW), **flow_options)
-    return find_cycles(members, found.final, found.period, **flow_options)
+    returns, _ = follow(members, states, np.full(members.size, WINDOW), **flow_options)
+    return find_cycles(members, returns.final, returns.period, **flow_options)

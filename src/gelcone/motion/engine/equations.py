@@ -37,7 +37,7 @@ class Equation:
 
 def equations_of(roots: Sequence[Node]) -> tuple[Equation, ...]:
     """The equations of all roots that nodes depend on."""
-    found = []
+    equations = []
     for root in ordered(roots):
         if root.operation == "root":
             residual, block = root.graph.equations[root.index], block_of(root)
@@ -47,22 +47,22 @@ def equations_of(roots: Sequence[Node]) -> tuple[Equation, ...]:
             slopes = derivatives(dependents, root, block)
             slope = slopes[dependents.index(residual)]
             needed = ordered([residual, *slopes] if len(block) > 1 else [residual, slope])
-            moved = {node.index for of in block for node in (of, *_moved(needed, of))}
+            moved = {node.index for block_root in block for node in (block_root, *_moved(needed, block_root))}
             others = tuple(node for node in needed if not node.fixed and node.index not in moved)
             first = root.graph.guesses[root.index]
             longest = root.graph.longest[root.index]
-            found.append(
+            equations.append(
                 Equation(root, residual, first, slope, tuple(dependents), tuple(slopes), others, block, longest)
             )
-    return tuple(found)
+    return tuple(equations)
 
 
 def _moved(nodes: Sequence[Node], root: Node) -> list[Node]:
     """The nodes, of ordered ones, that change with a root."""
     moved = {root.index}
-    found = []
+    dependents = []
     for node in nodes:
         if node is not root and any(argument.index in moved for argument in node.arguments):
             moved.add(node.index)
-            found.append(node)
-    return found
+            dependents.append(node)
+    return dependents

@@ -30,17 +30,17 @@ def corner_times(system: ConeSystem, start: Array, end: Array, numbers: Mapping[
     """Options of a run of a program: the corners of the drive between two times; none for a smooth drive."""
     if not system.waveform.pieced:
         return {}
-    found = system.waveform.corners_between(start, end, numbers)
-    return {"corners": found.later, "terms": (found.terms, found.first)}
+    corners = system.waveform.corners_between(start, end, numbers)
+    return {"corners": corners.later, "terms": (corners.terms, corners.first)}
 
 
 def switches_at(system: ConeSystem, times: Array, states: Array, numbers: Mapping[str, Any]) -> dict[str, Array]:
     """Switches of films, circuits and drive by name at ``times`` (members,) and ``states`` (members, N)."""
-    found = system.switches(times, list(states.T), numbers)
+    switches = system.switches(times, list(states.T), numbers)
     if system.waveform.pieced:
-        there = system.waveform.corners_between(times, times, numbers)
-        found |= dict(zip(PIECE, there.passed.T, strict=True))
-    return {name: spread(value, times.shape) for name, value in found.items()}
+        corners = system.waveform.corners_between(times, times, numbers)
+        switches |= dict(zip(PIECE, corners.passed.T, strict=True))
+    return {name: spread(value, times.shape) for name, value in switches.items()}
 
 
 def _event(border: Border, own: OwnNumbers, smooth: bool) -> Event:

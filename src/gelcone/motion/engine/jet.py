@@ -54,9 +54,9 @@ class Jet:
         self._held = held
         self._solutions: dict[int, tuple[list[list[Value]], list[Value]]] = {}
         followed = [*((equation.residual, order) for equation in equations), *borders]
-        wanted = [*rates, *(node for node, _ in followed)]
-        nodes = ordered(wanted)
-        self._series = Recurrences(f, single_parts(nodes, {node.index for node in wanted}))
+        targets = [*rates, *(node for node, _ in followed)]
+        nodes = ordered(targets)
+        self._series = Recurrences(f, single_parts(nodes, {node.index for node in targets}))
         self._rows = self._series.rows
         self.states: list[list[Coefficient]] = [[value] for value in states]
         self._rows.update({node.index: self._leaf(node, order, time, held) for node in nodes})
@@ -101,9 +101,9 @@ class Jet:
             if len(self._rows[node.index]) == n:
                 self._rows[node.index].append(self._series.coefficient(node, n))
             if n and node.index in residuals:
-                own = self._blocks[residuals[node.index].root.index]
-                if all(len(self._rows[one.residual.index]) > n for one in own):
-                    self._solve_roots(own, n)
+                block = self._blocks[residuals[node.index].root.index]
+                if all(len(self._rows[equation.residual.index]) > n for equation in block):
+                    self._solve_roots(block, n)
 
     # --- roots ---------------------------------------------------------------------------------------------------
 
@@ -235,13 +235,13 @@ class Jet:
             self._solutions[first] = inverse, [self._first(s, values) for equation in block for s in equation.slopes]
         inverse, slopes = self._solutions[first]
         terms = [[(value, row[n]) for value, row in zip(line, rows, strict=True)] for line in inverse]
-        found, left = [f.negative(present(series.chain(pairs))) for pairs in terms], iter(slopes)
-        for equation, own in zip(block, found, strict=True):
-            self._rows[equation.root.index][n] = own
+        coefficients, slopes_left = [f.negative(present(series.chain(pairs))) for pairs in terms], iter(slopes)
+        for equation, coefficient in zip(block, coefficients, strict=True):
+            self._rows[equation.root.index][n] = coefficient
             for node in equation.dependents:
-                slope, row = next(left), self._rows[node.index]
+                slope, row = next(slopes_left), self._rows[node.index]
                 if node.index not in series.inlined and len(row) > n:
-                    row[n] = series.chain([(slope, own)], row[n])
+                    row[n] = series.chain([(slope, coefficient)], row[n])
         for row in rows:
             row[n] = None
 

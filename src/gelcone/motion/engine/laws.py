@@ -59,8 +59,8 @@ def traced_plan(system: System, keep: str, events: Sequence[Event], pieces: tupl
 
     laws = []
     for signs in range(2 ** len(telling)):
-        own = {name: graph.constant(-1.0 if signs >> k & 1 else 1.0) for k, name in enumerate(telling)}
-        laws.append(_law(graph, system, keep, events, state, n | own))
+        constants = {name: graph.constant(-1.0 if signs >> k & 1 else 1.0) for k, name in enumerate(telling)}
+        laws.append(_law(graph, system, keep, events, state, n | constants))
     return {
         "laws": tuple(laws),
         "telling": tuple(switched.index(name) for name in telling),

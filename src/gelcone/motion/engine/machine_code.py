@@ -103,19 +103,19 @@ class Compiled:
         """The arrays of a run, with all inputs filled in."""
         members, samples = times.shape
         plan, states = self.plan, self.layout.states
-        own = numbers if isinstance(numbers, Rows) else Rows.of(numbers, (members,))
-        if missing := own.missing(plan.numbers):
+        number_rows = numbers if isinstance(numbers, Rows) else Rows.of(numbers, (members,))
+        if missing := number_rows.missing(plan.numbers):
             raise ValueError(f"numbers: {', '.join(missing)} missing")
         width = plan.width
         padded = -(-max(members, 1) // width) * width
         values = aligned(len(plan.numbers), padded)
-        own.fill(plan.numbers, values[:, :members])
+        number_rows.fill(plan.numbers, values[:, :members])
         table = aligned(max(len(self.layout.held), 1), padded)
         self.prepare(address_of(values), address_of(table), padded)
 
         initial = np.zeros((members, states))
-        given = np.asarray(states0, dtype=float)
-        initial[:, : given.shape[-1]] = given
+        given_states = np.asarray(states0, dtype=float)
+        initial[:, : given_states.shape[-1]] = given_states
         for k, restart in enumerate(plan.restarts):
             if restart is not None:
                 initial[:, k] = restart
@@ -146,9 +146,9 @@ class Compiled:
 
 def each(value: npt.ArrayLike, members: int, kind: npt.DTypeLike = float) -> Any:
     """A new array with a value for each member."""
-    own = np.empty(members, dtype=kind)
-    own[:] = value
-    return own
+    values = np.empty(members, dtype=kind)
+    values[:] = value
+    return values
 
 
 def address_of(array: npt.NDArray[Any]) -> int:

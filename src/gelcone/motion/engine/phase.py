@@ -69,33 +69,33 @@ class PhaseSystem:
 
     def own(self, n: Mapping[str, Any]) -> dict[str, Any]:
         """The system's numbers at the given shares."""
-        own = {name: n[name] for name in self.system.numbers}
+        numbers = {name: n[name] for name in self.system.numbers}
         for k, names in enumerate(self.moved):
             for name in names:
-                own[name] = own[name] + n[f"share {k}"] * n[f"{name} by {k}"]
-        return own
+                numbers[name] = numbers[name] + n[f"share {k}"] * n[f"{name} by {k}"]
+        return numbers
 
     def flow(
         self, phase: Any, state: Sequence[Any], n: Mapping[str, Any], xp: Any
     ) -> tuple[list[Any], list[list[Any]]]:
         """Rates of change with the phase, and their Jacobian."""
-        own = self.own(n)
-        slowness = 1.0 / own["drive_frequency"]
-        rates, slopes = self.system.flow(phase, state, by_phase(own), xp)
+        numbers = self.own(n)
+        slowness = 1.0 / numbers["drive_frequency"]
+        rates, slopes = self.system.flow(phase, state, by_phase(numbers), xp)
         return [rate * slowness for rate in rates], [[slope * slowness for slope in row] for row in slopes]
 
     def forced(self, phase: Node, state: Sequence[Node], n: Mapping[str, Node], xp: Graph, name: str) -> list[Node]:
         """Derivatives of the rates with respect to a number, at fixed charges in place of their voltages."""
-        own = self.own(n)
-        slowness = 1.0 / own["drive_frequency"]
-        rates, charges = self.system.deviating(phase, state, by_phase(own), xp)
+        numbers = self.own(n)
+        slowness = 1.0 / numbers["drive_frequency"]
+        rates, charges = self.system.deviating(phase, state, by_phase(numbers), xp)
         rates = [xp.node(rate * slowness) for rate in rates]
-        found = derivatives(rates, n[name])
-        for place, charge in charges.items():
-            (by,), (of_number,) = derivatives([charge], state[place]), derivatives([charge], n[name])
-            slopes = derivatives(rates, state[place])
-            found = [rate - slope * (of_number / by) for rate, slope in zip(found, slopes, strict=True)]
-        return found
+        forcing = derivatives(rates, n[name])
+        for index, charge in charges.items():
+            (by,), (of_number,) = derivatives([charge], state[index]), derivatives([charge], n[name])
+            slopes = derivatives(rates, state[index])
+            forcing = [rate - slope * (of_number / by) for rate, slope in zip(forcing, slopes, strict=True)]
+        return forcing
 
 
 @dataclass(frozen=True)
@@ -134,10 +134,10 @@ class Sensitivities:
         rates = [xp.node(rate) for rate in flow]
         for k, name in enumerate(self.by, 1):
             block = state[size * k : size * (k + 1)]
-            own = self.system.forced(time, state[:size], n, xp, name)
+            forcing = self.system.forced(time, state[:size], n, xp, name)
             rates += [
-                sum((slope * s for slope, s in zip(row, block, strict=True)), own_rate)
-                for row, own_rate in zip(slopes, own, strict=True)
+                sum((slope * s for slope, s in zip(row, block, strict=True)), forced_rate)
+                for row, forced_rate in zip(slopes, forcing, strict=True)
             ]
         return rates
 
@@ -164,8 +164,8 @@ class PhaseProgram:
     def switches_at(self, phases: Array, states: Array, numbers: Mapping[str, Any]) -> Array:
         """Switches (1 or -1) of films, and terms of a waveform with corners, at ``phases`` (members,) and ``states``
         (members, N), (members, switches) as `Rerun.run` takes them, if there are any."""
-        found = switches_at(self._system, phases, states, by_phase(numbers))
-        return np.stack([found[name] for name in self.switches], axis=1)
+        switches = switches_at(self._system, phases, states, by_phase(numbers))
+        return np.stack([switches[name] for name in self.switches], axis=1)
 
     def of_states(
         self, phases: Sequence[Array], states: Sequence[Array], tangents: Array, slopes: Array, n: Mapping[str, float]
@@ -175,22 +175,22 @@ class PhaseProgram:
         They follow from those of the deviations that the program carries (`ConeSystem.charged`) between two ``phases``,
         (members,) each.
         """
-        own = by_phase({name: n[name] for name in self._system.numbers})
-        begin, end = (voltage_turns(self._system, at, z, own)[0] for at, z in zip(phases, states, strict=True))
+        numbers = by_phase({name: n[name] for name in self._system.numbers})
+        start, end = (voltage_turns(self._system, at, z, numbers)[0] for at, z in zip(phases, states, strict=True))
         moved = []
         for at, z in zip(phases, states, strict=True):
             jump = np.zeros(slopes.shape)
             for k, names in enumerate(self._moved):
-                for place, by in self._system.charges_by(at, list(z.T), own, names).items():
-                    jump[:, place, k] = sum(n[f"{name} by {k}"] * one for name, one in zip(names, by, strict=True))
+                for index, by in self._system.charges_by(at, list(z.T), numbers, names).items():
+                    jump[:, index, k] = sum(n[f"{name} by {k}"] * slope for name, slope in zip(names, by, strict=True))
             moved.append(jump)
         slopes = slopes + tangents @ moved[0] - moved[1]
-        return np.asarray(np.linalg.solve(end, tangents @ begin)), np.asarray(np.linalg.solve(end, slopes))
+        return np.asarray(np.linalg.solve(end, tangents @ start)), np.asarray(np.linalg.solve(end, slopes))
 
     def corners(self, start: Array, end: Array, numbers: Mapping[str, Any]) -> tuple[Array, Array, Array] | None:
         """The corners between phases (members,), as `Rerun.run` takes them; None for a smooth drive."""
-        found = corner_times(self._system, start, end, by_phase(numbers))
-        return (found["corners"], *found["terms"]) if found else None
+        options = corner_times(self._system, start, end, by_phase(numbers))
+        return (options["corners"], *options["terms"]) if options else None
 
     def again(self, start: Array, end: Array) -> Rerun:
         """A run from phases ``start`` to ``end`` (members,) that can be repeated with other numbers and states."""

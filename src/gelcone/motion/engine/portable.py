@@ -89,32 +89,34 @@ def _point(system: ConeSystem, plan: Plan, law: int, outputs: Outputs) -> tuple[
     n = {name: graph.switch(name) if name in switched else graph.number(name) for name in plan.numbers}
     n |= {switched[place]: graph.constant(-1.0 if law >> k & 1 else 1.0) for k, place in enumerate(plan.telling)}
     rates = [graph.node(rate) for rate in system.rates(graph.time, z, n, graph)]
-    wanted = outputs(graph.time, z, n, graph)
-    values_of = [graph.node(value) for value, _ in wanted.values()]
-    added = {name: graph.node(more) for name, (_, more) in wanted.items() if more is not None}
+    requested = outputs(graph.time, z, n, graph)
+    values_of = [graph.node(value) for value, _ in requested.values()]
+    added = {name: graph.node(addend) for name, (_, addend) in requested.items() if addend is not None}
     borders = [graph.node(border.value(graph.time, z, n, graph)) for _, border in system.borders]
     followed = [*values_of, *added.values(), *borders]
-    own = Law(tuple(rates), tuple(followed), equations_of([*rates, *followed]))
+    point_law = Law(tuple(rates), tuple(followed), equations_of([*rates, *followed]))
     arguments = ["ptr %z", "double %time", "ptr %numbers", "ptr %switches", "ptr %roots", "ptr %out"]
     f = Function(f"point_{law}", arguments, "void", 1, external=True)
-    values = fixed_values(f, own.held, lambda name: f.load(f.place("%numbers", plan.numbers.index(name))))
+    values = fixed_values(f, point_law.held, lambda name: f.load(f.place("%numbers", plan.numbers.index(name))))
     values |= {graph.switch(name).index: f.load(f.place("%switches", k)) for k, name in enumerate(switched)}
-    orders = [*(int(name in added) for name in wanted), *[0] * (len(added) + len(borders))]
+    orders = [*(int(name in added) for name in requested), *[0] * (len(added) + len(borders))]
     states = [f.load(f.place("%z", k)) for k in range(len(z))]
-    roots = [f.place("%roots", k) for k in range(len(own.equations))]
-    jet = Jet(f, rates, list(zip(followed, orders, strict=True)), 1, states, "%time", values, own.equations, roots)
-    found = {f"rate_{k}": row[1] for k, row in enumerate(jet.states)}
-    plus = dict(zip(added, (row[0] for row in jet.borders[len(wanted) :]), strict=False))
-    for name, row in zip(wanted, jet.borders, strict=False):
-        found[name] = row[0]
+    roots = [f.place("%roots", k) for k in range(len(point_law.equations))]
+    jet = Jet(
+        f, rates, list(zip(followed, orders, strict=True)), 1, states, "%time", values, point_law.equations, roots
+    )
+    named_values = {f"rate_{k}": row[1] for k, row in enumerate(jet.states)}
+    plus = dict(zip(added, (row[0] for row in jet.borders[len(requested) :]), strict=False))
+    for name, row in zip(requested, jet.borders, strict=False):
+        named_values[name] = row[0]
         if name in plus:
-            found[f"{name}_rate"] = _sum(f, row[1], plus[name])
-    found |= {f"border_{k}": row[0] for k, row in enumerate(jet.borders[len(wanted) + len(added) :])}
-    for k, value in enumerate(found.values()):
+            named_values[f"{name}_rate"] = _sum(f, row[1], plus[name])
+    named_values |= {f"border_{k}": row[0] for k, row in enumerate(jet.borders[len(requested) + len(added) :])}
+    for k, value in enumerate(named_values.values()):
         f.store(f.real(0.0) if value is None else value, f.place("%out", k))
     f.finish()
-    names = {node.value for node in ordered(own.held) if node.operation == "number"}
-    return f.text(), tuple(found), len(own.equations), names
+    names = {node.value for node in ordered(point_law.held) if node.operation == "number"}
+    return f.text(), tuple(named_values), len(point_law.equations), names
 
 
 def _sum(f: Function, a: str | None, b: str | None) -> str | None:

@@ -73,7 +73,7 @@ class Recurrences:
     def coefficient(self, node: Node, n: int) -> Coefficient:
         """The n-th coefficient of an operation."""
         f = self._f
-        own = self.rows[node.index]
+        row = self.rows[node.index]
         if node.operation == "multiply":
             return self._product(node, n, None, False)
         if node.operation in ("add", "subtract"):
@@ -85,7 +85,7 @@ class Recurrences:
             b = self.rows[divisor.index]
             if n == 0:
                 return f.divide(present(a[0]), present(b[0]))
-            total = self.chain([(b[j], own[n - j]) for j in _oldest_first(1, n, n)])
+            total = self.chain([(b[j], row[n - j]) for j in _oldest_first(1, n, n)])
             return self._times(self._difference(a[n], total), self._reciprocal(divisor))
         if node.operation in ("sin", "cos"):
             # s_n = (1/n) sum_(j=1..n) j a_j c_(n-j), c_n = -(1/n) sum_(j=1..n) j a_j s_(n-j)
@@ -100,22 +100,22 @@ class Recurrences:
             return evaluate(f, node, arguments)
         if node.operation == "sqrt":
             # s_n = (a_n - sum_(j=1..n-1) s_j s_(n-j)) / (2 s_0)
-            total = self._square(own, n, None, False, inner=True)
+            total = self._square(row, n, None, False, inner=True)
             return self._times(self._difference(a[n], total), f.multiply(f.real(0.5), self._reciprocal(node)))
         if node.operation == "exp":
             # e_n = (1/n) sum_(j=1..n) j a_j e_(n-j)
-            return self._times(self._slopes(node.arguments[0], own, n), f.real(1.0 / n))
+            return self._times(self._slopes(node.arguments[0], row, n), f.real(1.0 / n))
         return self._power(node, n) if node.operation == "power" else self._logarithm(node, n)
 
     def _power(self, node: Node, n: int) -> Coefficient:
         """r_n = sum_(j=1..n) (p j - (n - j)) a_j r_(n-j) / (n a_0)."""
-        f, own = self._f, self.rows[node.index]
+        f, row = self._f, self.rows[node.index]
         a = self.rows[node.arguments[0].index]
         exponent = present(self.rows[node.arguments[1].index][0])
         terms = [
-            (f.multiply(f.fused(exponent, f.real(float(j)), f.real(float(j - n))), present(a[j])), own[n - j])
+            (f.multiply(f.fused(exponent, f.real(float(j)), f.real(float(j - n))), present(a[j])), row[n - j])
             for j in range(1, n + 1)
-            if a[j] is not None and own[n - j] is not None
+            if a[j] is not None and row[n - j] is not None
         ]
         total = self._times(self.chain(terms), f.real(1.0 / n))
         return self._times(total, self._reciprocal(node.arguments[0]))

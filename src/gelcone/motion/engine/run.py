@@ -82,10 +82,10 @@ class Run:
         self._arrays = arrays
         members, width = arrays.start.size, compiled.plan.width
         count = min(threads, -(-members // width))
-        own = -(-members // count)
+        per_thread = -(-members // count)
         # several threads leave half of the members in the queue at first, so that all have work to the end
-        taken = own if count == 1 else max(len(compiled.plan.laws) * width, own // 2)
-        self._job = arrays.fields(min(compiled.plan.slots, own, taken))
+        taken = per_thread if count == 1 else max(len(compiled.plan.laws) * width, per_thread // 2)
+        self._job = arrays.fields(min(compiled.plan.slots, per_thread, taken))
         self._works = [Work(compiled, self._job) for _ in range(count)]
         self._report, self._stopped = report, stopped
         self._stop = threading.Event()

@@ -147,11 +147,11 @@ def vacate_function(plan: Plan, layout: Layout) -> Function:
 
 def _sign_bits(lane: _Lane, layout: Layout, switches: Iterable[int]) -> Value:
     """Sign bits of some switches, 1 for negative; those of the switches that distinguish laws are the law's index."""
-    f, found = lane.f, "0"
+    f, bits = lane.f, "0"
     for k, switch in enumerate(switches):
         sign = f.whole("lshr", f.bits(lane.get(layout.switches + switch)), "63")
-        found = f.whole("or", found, f.whole("shl", sign, str(k)))
-    return found
+        bits = f.whole("or", bits, f.whole("shl", sign, str(k)))
+    return bits
 
 
 def refill_function(plan: Plan, layout: Layout) -> Function:
@@ -201,9 +201,15 @@ def serve_function(plan: Plan, layout: Layout) -> Function:
     """``serve(lane, scratch, law, number, lanes, job, words, store, finite, small, near0, ...)``: serves a lane after a
     step; the flag of each border is true if it may be near."""
     near = [f"%near{k}" for k in range(len(plan.borders))]
-    own = ["ptr %lane", "ptr %scratch", "i64 %law", "i64 %number"]
+    lane_arguments = ["ptr %lane", "ptr %scratch", "i64 %law", "i64 %number"]
     shared = ["ptr %lanes", "ptr %job", "ptr %words", "ptr %store"]
-    f = Function("serve", [*own, *shared, "i1 %finite", "i1 %small", *(f"i1 {flag}" for flag in near)], "void", 1, True)
+    f = Function(
+        "serve",
+        [*lane_arguments, *shared, "i1 %finite", "i1 %small", *(f"i1 {flag}" for flag in near)],
+        "void",
+        1,
+        True,
+    )
     lane = _Lane(f, plan.width)
     member = lane.get_whole(layout.member)
     start, low = lane.step(layout.step_time), lane.step(layout.step_low)
@@ -362,7 +368,7 @@ def _find_crossing(f: Function, lane: _Lane, plan: Plan, layout: Layout, k: int,
     time = f.new(f"call double @crossing(ptr {coefficients}, double {sign}, double {f.load(reach)})")
     earlier = f.compare("olt", time, f.load(reach))
     first = f.new(f"icmp slt i64 {f.load_whole(event)}, 0")
-    found = f.both(f.compare("ole", time, f.load(reach)), f.either(earlier, first))
+    crossed = f.both(f.compare("ole", time, f.load(reach)), f.either(earlier, first))
     counted = str(k)
     if border.gentle:
         again = f.compare_whole("sgt", lane.get_whole(layout.in_place), str(MOST_IN_PLACE))
@@ -373,7 +379,7 @@ def _find_crossing(f: Function, lane: _Lane, plan: Plan, layout: Layout, k: int,
     if border.seldom:
         there = f.compare("olt", time, f.multiply(f.real(THERE), lane.step(layout.step)))
         counted = f.new(f"select i1 {there}, i64 {k}, i64 {len(plan.borders)}")
-    with f.when(found):
+    with f.when(crossed):
         f.store(time, reach)
         f.store_whole(counted, event)
 

@@ -188,9 +188,9 @@ def _near(f: Function, coefficients: Sequence[Value | None], sign: Value | None,
     g_0 + ... + g_4 t^4 over the step are positive after adding n_5 h^5 + ....
     """
     zero = f.real(0.0)
-    g = [zero if part is None or sign is None else f.multiply(sign, part) for part in coefficients]
-    g = [own if own != zero or part is None else part for own, part in zip(g, coefficients, strict=True)]
-    falling = [zero if part is None else f.smaller(zero, own) for own, part in zip(g, coefficients, strict=True)]
+    g = [zero if term is None or sign is None else f.multiply(sign, term) for term in coefficients]
+    g = [signed if signed != zero or term is None else term for signed, term in zip(g, coefficients, strict=True)]
+    falling = [zero if term is None else f.smaller(zero, signed) for signed, term in zip(g, coefficients, strict=True)]
     after = f.polynomial(step, falling[5:]) if falling[5:] else zero
     third_on = f.polynomial(step, [falling[3], falling[4], after])
     value, slope, curve = g[:3]
@@ -201,14 +201,14 @@ def _near(f: Function, coefficients: Sequence[Value | None], sign: Value | None,
     deep = f.compare("oge", f.multiply(slope, slope), f.multiply(f.multiply(f.real(-4.0), bend), value))
     near = f.either(ends, f.both(valley, deep))
     power, scaled = step, [f.multiply(g[1], step)]
-    for part in g[2:5]:
+    for term in g[2:5]:
         power = f.multiply(power, step)
-        scaled.append(f.multiply(part, power))
+        scaled.append(f.multiply(term, power))
     lowest = value
     for shares in BERNSTEIN:
         total = value
-        for share, part in zip(shares, scaled, strict=False):
-            total = f.fused(f.real(share), part, total)
+        for share, term in zip(shares, scaled, strict=False):
+            total = f.fused(f.real(share), term, total)
         lowest = f.smaller(lowest, total)
     lowest = f.fused(f.multiply(power, step), after, lowest)
     return f.both(near, f.compare("ule", lowest, zero))
@@ -238,16 +238,16 @@ def _keep_step(
 
 def _serve_each(f: Function, layout: Layout, law: int, block: Value, flagged: Value, *bits: Value) -> None:
     """Calls ``serve`` for each lane whose bit is set."""
-    left = f.slot()
-    f.store_whole(flagged, left)
+    pending = f.slot()
+    f.store_whole(flagged, pending)
     serve = f.load_pointer(f.place("%words", layout.serve))
     f.intrinsics.add("declare i64 @llvm.cttz.i64(i64, i1)")
     with f.repeat() as out:
-        now = f.load_whole(left)
+        now = f.load_whole(pending)
         f.leave(out, f.new(f"icmp eq i64 {now}, 0"))
         lane = f.new(f"call i64 @llvm.cttz.i64(i64 {now}, i1 true)")
-        f.store_whole(f.new(f"and i64 {now}, {f.new(f'sub i64 {now}, 1')}"), left)
+        f.store_whole(f.new(f"and i64 {now}, {f.new(f'sub i64 {now}, 1')}"), pending)
         flags = [f.new(f"trunc i64 {f.new(f'lshr i64 {word}, {lane}')} to i1") for word in bits]
-        own = f"ptr {f.place(block, lane)}, ptr {f.place('%scratch', lane)}, i64 {law}, i64 {lane}"
+        lane_arguments = f"ptr {f.place(block, lane)}, ptr {f.place('%scratch', lane)}, i64 {law}, i64 {lane}"
         arguments = ", ".join(f"i1 {flag}" for flag in flags)
-        f.line(f"call void {serve}({own}, ptr %lanes, ptr %job, ptr %words, ptr %store, {arguments})")
+        f.line(f"call void {serve}({lane_arguments}, ptr %lanes, ptr %job, ptr %words, ptr %store, {arguments})")

@@ -46,8 +46,8 @@ class Steps(Rerun):
         """Rows of numbers in the table of held values that no other held value depends on, by name."""
         held = self._compiled.layout.held
         parts = [{leaf.value for leaf in ordered([node]) if leaf.operation == "number"} for node in held]
-        own = {node.value: k for k, node in enumerate(held) if node.operation == "number"}
-        return {name: row for name, row in own.items() if sum(name in part for part in parts) == 1}
+        number_rows = {node.value: k for k, node in enumerate(held) if node.operation == "number"}
+        return {name: row for name, row in number_rows.items() if sum(name in part for part in parts) == 1}
 
     def set(self, name: str, values: Array | float) -> None:
         """Set a number of all members, to one value or (members,)."""

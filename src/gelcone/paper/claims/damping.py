@@ -30,8 +30,8 @@ SMALLEST_ERROR = 1e-6
 )
 def damping_never_chaotic(studies: Studies) -> Finding:
     """Judges damping ratios on samples, also at other voltages."""
-    own, others = studies["share-damping"], studies["other-voltages-damping"]
-    calm = share_of(own, without_chaos(own))
+    sample, others = studies["share-damping"], studies["other-voltages-damping"]
+    calm = share_of(sample, without_chaos(sample))
     never = rows_without_chaos(others)
     voltages = others["voltage"].values[:, 0]
     chaos = voltages[never == 0.0]
@@ -40,7 +40,7 @@ def damping_never_chaotic(studies: Studies) -> Finding:
     undamped = fixed_branch(studies["diagram-base-damping-ratio"]).isel(damping_ratio=0)
     return Finding(
         holds=holds_throughout(calm),
-        holds_finite=holds_throughout(share_of(own, finite_not_positive(own))),
+        holds_finite=holds_throughout(share_of(sample, finite_not_positive(sample))),
         share=share_of(others, never),
         neighbourhood="other drive voltages from 0.5 to 2, each at damping ratios from 0.02 to 2",
         numbers=(

@@ -92,11 +92,11 @@ def limit_large_same(studies: Studies) -> Finding:
     study = studies["large-limits"]
     x = study["displacement"].values
     window = float((np.abs(x - x[-1:]).max(axis=-1) / np.abs(x).max(axis=-1)).max())
-    own = study["own_extent"].values[None]
-    least, most, _ = differences(own)
+    spans = study["own_extent"].values[None]
+    least, most, _ = differences(spans)
     others = share_of(study, rows_same(study))
     return Finding(
-        holds=truth(same_extents(own, study["own_regime"].values[None])[0]),
+        holds=truth(same_extents(spans, study["own_regime"].values[None])[0]),
         holds_finite=None if np.isnan(window) else window < SAME,
         share=others,
         neighbourhood="other drive voltages from 0.5 to 1.7",
@@ -111,7 +111,7 @@ def limit_large_same(studies: Studies) -> Finding:
             Number("largest difference of the time series over the window, v = 1.005", window),
         ),
         why="While I1 - 3 stays far below J, Gent's film is neo-Hookean to the order (I1 - 3)/J. The extents count as "
-        f"the same when each of {own.shape[-1]} starts within 1e-9 of one another has one at the other limit within "
+        f"the same when each of {spans.shape[-1]} starts within 1e-9 of one another has one at the other limit within "
         f"{SAME:.0%} (in chaos, when two agree), and as different when no two agree; else the start decides, and "
         "nothing is said.",
         unseen="In chaos no two stretch limits give the same time series, however large they are. The verdict is that "

@@ -110,7 +110,7 @@ def map_safe_prestretch(studies: Studies) -> Finding:
     rows = {mode: _rows(studies[f"map-{mode}"], regular) for mode in ("radial", "equibiaxial")}
     window = _rows(studies["map-radial"], finite_not_positive)
     stretches = studies["map-radial"]["prestretch"].values
-    safe = {mode: share(all_of(own), sample=False) for mode, own in rows.items()}
+    safe = {mode: share(all_of(row_values), sample=False) for mode, row_values in rows.items()}
     edge = _edge(rows["equibiaxial"])
     return Finding(
         holds=_regular_above(rows["radial"]),

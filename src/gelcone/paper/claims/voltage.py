@@ -120,11 +120,11 @@ def voltage_amplitude(studies: Studies) -> Finding:
     near, window = studies["neighbours"], studies["voltage"]
     branch = fixed_branch(studies["diagram-base-voltage"])
     chaos = chaotic(branch)
-    own = float(largest_in(chaos, _extent(branch, "lowest", "highest")))
+    largest = float(largest_in(chaos, _extent(branch, "lowest", "highest")))
     nearby = largest_in(near["own_regime"].values == Regime.CHAOTIC, near["own_extent"].values)
     spread = float(np.ptp(nearby)) if np.isfinite(nearby).all() else float("inf")
     # left open where nearby starts disagree
-    ends = {truth(about_six(np.asarray(own + off), chaos)) for off in (-spread, 0.0, spread)}
+    ends = {truth(about_six(np.asarray(largest + off), chaos)) for off in (-spread, 0.0, spread)}
     reached = share(rows_about_six(near))
     seen = largest_in(finite_positive(window), _extent(window, "window_lowest", "window_highest"))
     return Finding(
@@ -133,7 +133,7 @@ def voltage_amplitude(studies: Studies) -> Finding:
         share=reached,
         neighbourhood=f"{reached.count:g} parameter sets near the base set",
         numbers=(
-            Number("largest displacement in chaos up to v = 2, set base", own, error=spread),
+            Number("largest displacement in chaos up to v = 2, set base", largest, error=spread),
             Number("largest displacement from the start up to v = 1.7, set base", float(seen)),
             reached.number("share of parameter sets near the base set for which it rounds to 6"),
         ),
@@ -239,8 +239,8 @@ def practical_voltage(studies: Studies) -> Finding:
     amplitude = study["window_amplitude"].values
     spread = np.ptp(amplitude, axis=1) / amplitude.mean(axis=1)
     highest = float(study["voltage_amplitude"].values.max())
-    found = {words: study[name].values[np.isfinite(study[name].values)] for name, words in REST_LOST.items()}
-    lowest, words = min((float(values.min()), words) for words, values in found.items() if values.size)
+    thresholds = {words: study[name].values[np.isfinite(study[name].values)] for name, words in REST_LOST.items()}
+    lowest, words = min((float(values.min()), words) for words, values in thresholds.items() if values.size)
     late = study["late_amplitude"].values[:, -1]
     return Finding(
         holds=bool((spread < SAME).all() and lowest > 100.0 * highest),

@@ -6,7 +6,7 @@ from gelcone.paper.figures.figure import PaperFigure
 FIGURES: dict[int | str, PaperFigure] = {
     figure.number: figure
     for figure in sorted(
-        (own for module in (statics, triptych, spectra, practical, resonance, parameters) for own in module.FIGURES),
+        (plot for module in (statics, triptych, spectra, practical, resonance, parameters) for plot in module.FIGURES),
         key=lambda figure: int(figure.number),
     )
 } | {figure.number: figure for figure in ends.FIGURES}

@@ -35,8 +35,8 @@ def rows_of(study: xr.Dataset) -> list[Row]:
     """The shares of each case."""
     numbers = (study[name].values for name in TAKEN)
     added = [Case(*map(float, case)) for case in zip(*numbers, strict=True)]
-    found = [map(share, read(study)) for read in (chaotic, positive, finite_positive)]
-    return [Row(*row) for row in zip(added, *found, map(float, study["counted"].values), strict=True)]
+    shares = [map(share, read(study)) for read in (chaotic, positive, finite_positive)]
+    return [Row(*row) for row in zip(added, *shares, map(float, study["counted"].values), strict=True)]
 
 
 def table(studies: Mapping[str, xr.Dataset]) -> Table:

@@ -97,11 +97,13 @@ def _branches(followed: xr.Dataset, axes: Axes) -> None:
     """Orbits of short periods as thin lines, unstable ones dashed, and their bifurcations as ticks at the top."""
     colour = GREEN
     for k in np.flatnonzero(followed["period"].values <= SHORT):
-        own = followed.isel(branch=k)
-        inside, outside = stability_parts(own["stable"].values)
-        lines = sections_of(own)
+        branch = followed.isel(branch=k)
+        inside, outside = stability_parts(branch["stable"].values)
+        lines = sections_of(branch)
         for which, style in ((inside, "-"), (outside, DASHED)):
-            axes.plot(own["value"], np.where(which[:, None], lines, np.nan), color=colour, ls=style, lw=0.4, alpha=0.8)
+            axes.plot(
+                branch["value"], np.where(which[:, None], lines, np.nan), color=colour, ls=style, lw=0.4, alpha=0.8
+            )
     short = followed["period"].values[followed["event_branch"].values] <= SHORT
     at = followed["event_value"].values[short]
     axes.plot(at, np.full(at.size, 0.98), "|", ms=3.0, mew=0.5, color=colour, transform=axes.get_xaxis_transform())

@@ -52,9 +52,9 @@ def amplitudes(study: xr.Dataset, axes: Axes) -> None:
     axes.set_yscale("log")
     axes.set_ylim(LOWEST, 1e3)
     for (colour, marker), height in zip(LOOKS, study["initial_height"].values, strict=True):
-        own = study.sel(initial_height=height)
-        axes.plot(volts, own["window_amplitude"], marker, ms=4.5, color=colour)
-        late = own["late_amplitude"].where(own["late_amplitude"] > LOWEST)
+        motion = study.sel(initial_height=height)
+        axes.plot(volts, motion["window_amplitude"], marker, ms=4.5, color=colour)
+        late = motion["late_amplitude"].where(motion["late_amplitude"] > LOWEST)
         axes.plot(volts, late, marker, ms=4.5, color=colour, mfc="none")
         still = volts.where(late.isnull(), drop=True)
         if still.size:
@@ -90,9 +90,9 @@ def response(study: xr.Dataset, axes: Axes) -> None:
     """Displacement over time for both initial heights."""
     shown = study.sel(time=slice(0.0, SHOWN))
     for (colour, _), height in zip(LOOKS, study["initial_height"].values, strict=True):
-        own = shown.sel(initial_height=height)
-        axes.plot(1e-3 * own["time"], own["displacement"], color=colour, lw=0.9)
-        axes.axhline(float(own["rest_displacement"]), color=colour, lw=0.6, ls=":")
+        motion = shown.sel(initial_height=height)
+        axes.plot(1e-3 * motion["time"], motion["displacement"], color=colour, lw=0.9)
+        axes.axhline(float(motion["rest_displacement"]), color=colour, lw=0.6, ls=":")
     axes.margins(x=0.0)
 
 

@@ -63,16 +63,16 @@ def amplitude_over_frequency(study: xr.Dataset, axes: Axes) -> None:
     axes.set_xscale("log")
     axes.set_yscale("log")
     for colour, stiffness in zip(colours(study), study["spring_stiffness"].values, strict=True):
-        own = study.sel(spring_stiffness=stiffness)
-        omega, up = own["swept_frequency"].values, own["amplitude"].sel(sweep="up").values
+        sweeps = study.sel(spring_stiffness=stiffness)
+        omega, up = sweeps["swept_frequency"].values, sweeps["amplitude"].sel(sweep="up").values
         axes.plot(omega, up, color=colour, lw=1.6)
-        axes.plot(omega, own["amplitude"].sel(sweep="down"), color=BLACK, lw=0.8, ls=DOWN)
-        axes.plot(own["peak_frequency"], own["peak_amplitude"], "o", ms=4.5, color=colour, mec=BLACK, mew=0.6)
+        axes.plot(omega, sweeps["amplitude"].sel(sweep="down"), color=BLACK, lw=0.8, ls=DOWN)
+        axes.plot(sweeps["peak_frequency"], sweeps["peak_amplitude"], "o", ms=4.5, color=colour, mec=BLACK, mew=0.6)
         name = f"{SYMBOLS['spring_stiffness']} = {stiffness:g}"
         left_of: Any = {"textcoords": "offset points", "ha": "right", "va": "center", "fontsize": 7.5}
         axes.annotate(name, (omega[0], up[0]), (-3.0, 0.0), color=colour, **left_of)
         if "branch_amplitude" in study:
-            _branches(own, axes)
+            _branches(sweeps, axes)
     if "branch_amplitude" in study:
         axes.plot([], [], color=VERMILION, lw=0.9, ls=UNSTABLE, label="unstable orbits, up to period 2")
     axes.plot([], [], color=GREY, lw=1.6, label="swept up")

@@ -48,12 +48,12 @@ def force_over_displacement(study: xr.Dataset, axes: Axes) -> None:
     axes.axhline(0.0, color=GREY, lw=0.6)
     # sizes differ so that coinciding equilibria show as rings
     for colour, voltage, size in zip(CYCLE, study["constant_voltage"].values, (11.0, 8.0, 5.0), strict=False):
-        own = study.sel(constant_voltage=voltage)
-        slack = own["slack"].values != 0
-        axes.plot(own["displacement"], own["force"].where(~slack), color=colour, lw=1.6)
-        axes.plot(own["displacement"], own["force"].where(slack), color=colour, lw=1.2, ls=(0, (4, 1.5)))
+        curve = study.sel(constant_voltage=voltage)
+        slack = curve["slack"].values != 0
+        axes.plot(curve["displacement"], curve["force"].where(~slack), color=colour, lw=1.6)
+        axes.plot(curve["displacement"], curve["force"].where(slack), color=colour, lw=1.2, ls=(0, (4, 1.5)))
         axes.plot([], [], color=colour, lw=1.6, label=f"$v$ = {float(voltage):g}")
-        stable, x = own["stable"].values, own["equilibrium_displacement"].values
+        stable, x = curve["stable"].values, curve["equilibrium_displacement"].values
         for kind, fill in ((stable, colour), (~stable & np.isfinite(x), "white")):
             axes.plot(x[kind], 0.0 * x[kind], "o", ms=size, mfc=fill, mec=colour, mew=1.2, zorder=4.0)
     axes.plot([], [], "o", ms=6.0, color=BLACK, label="stable equilibrium")
@@ -70,15 +70,15 @@ def continuum_markers(continuum: xr.Dataset, study: xr.Dataset, axes: Axes) -> N
     if MISSING in continuum.attrs:
         return
     spring = float(model_of(study).spring_stiffness)
-    own = continuum.isel(member=0)
-    for colour, voltage in zip(CYCLE, own["constant_voltage"].values, strict=False):
-        one = own.sel(constant_voltage=voltage)
-        force = one["continuum_force"] + spring * one["displacement"]
+    member = continuum.isel(member=0)
+    for colour, voltage in zip(CYCLE, member["constant_voltage"].values, strict=False):
+        curve = member.sel(constant_voltage=voltage)
+        force = curve["continuum_force"] + spring * curve["displacement"]
         for ending, fill in ((Ending.CONVERGED, colour), (Ending.COMPRESSED, "white")):
-            shown = force.where((one["ending"] == ending) & (one["folds"] == 0))
+            shown = force.where((curve["ending"] == ending) & (curve["folds"] == 0))
             for side in (1.0, -1.0):
                 axes.plot(
-                    side * one["displacement"], side * shown, "s", ms=4.0, mfc=fill, mec=colour, mew=1.0, ls="none"
+                    side * curve["displacement"], side * shown, "s", ms=4.0, mfc=fill, mec=colour, mew=1.0, ls="none"
                 )
     axes.plot([], [], "s", ms=4.0, color=BLACK, label="continuum in tension")
     axes.plot([], [], "s", ms=4.0, mfc="white", mec=BLACK, label="continuum, compressed")
@@ -127,10 +127,10 @@ def film_energies(study: xr.Dataset, axes: Axes) -> None:
     limits = study["stretch_limit"].values
     colours = mpl.colormaps["viridis"](np.linspace(0.0, 0.85, limits.size))
     for colour, limit in zip(colours, limits, strict=True):
-        own = study.sel(stretch_limit=limit)
-        axes.plot(own["displacement"], own["film_energy"], color=colour, lw=1.4, label=f"$J$ = {limit:g}")
+        curve = study.sel(stretch_limit=limit)
+        axes.plot(curve["displacement"], curve["film_energy"], color=colour, lw=1.4, label=f"$J$ = {limit:g}")
         for side in (-1.0, 1.0):
-            axes.axvline(side * float(own["reach"]), color=colour, lw=0.7, ls=":")
+            axes.axvline(side * float(curve["reach"]), color=colour, lw=0.7, ls=":")
     axes.set_ylim(-0.1, HIGHEST_FILM)
     axes.set_xlim(*study["displacement"].values[[0, -1]])
     axes.legend(
@@ -149,8 +149,8 @@ def surfaces(study: xr.Dataset, figure: Figure) -> None:
     panels = figure.subplots(1, limits.size, sharey=True)
     start = study["surface_energy"].sel(surface_displacement=1.0, surface_velocity=0.0, method="nearest")
     for axes, limit in zip(panels, limits, strict=True):
-        own = study.sel(surface_limit=limit)
-        x, u, energy = own["surface_displacement"], own["surface_velocity"], own["surface_energy"].values.T
+        surface = study.sel(surface_limit=limit)
+        x, u, energy = surface["surface_displacement"], surface["surface_velocity"], surface["surface_energy"].values.T
         levels = np.linspace(0.0, HIGHEST_SURFACE, LEVELS + 1)
         filled = axes.contourf(x, u, energy, levels=levels, cmap="cividis", extend="max")
         filled.set_rasterized(True)

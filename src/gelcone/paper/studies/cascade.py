@@ -65,20 +65,20 @@ def _cascade_variables(followed: xr.Dataset, doublings: list[float], born: int |
 
 def _chain(model: ConeModel, followed: xr.Dataset, first: int) -> list[float]:
     """A doubling, the next one on the branch that is born there, and so on."""
-    begin, orbit = float(followed["event_value"][first]), followed["event_orbit"].values[first, 0]
-    low, high = begin * (1.0 - BEFORE), begin * (1.0 + BEHIND)
-    own = continue_branch(
+    start, orbit = float(followed["event_value"][first]), followed["event_orbit"].values[first, 0]
+    low, high = start * (1.0 - BEFORE), start * (1.0 + BEHIND)
+    local_branches = continue_branch(
         model, str(followed.attrs["parameter"]), low, high, tuple(orbit), start="settled", switch=LEVELS, checks=2
     )
-    doubles = own["event_kind"].values == EventKind.PERIOD_DOUBLING
-    found, values = [], own["event_value"].values
-    at = np.flatnonzero(doubles & (np.abs(values - begin) < SAME))
+    doubles = local_branches["event_kind"].values == EventKind.PERIOD_DOUBLING
+    chain, values = [], local_branches["event_value"].values
+    at = np.flatnonzero(doubles & (np.abs(values - start) < SAME))
     while at.size:
-        found.append(float(values[at[0]]))
-        born = int(own["event_born_branch"][at[0]])
-        at = np.flatnonzero(doubles & (own["event_branch"].values == born))
-        at = at[np.argsort(own["event_point"].values[at])]
-    return found
+        chain.append(float(values[at[0]]))
+        born = int(local_branches["event_born_branch"][at[0]])
+        at = np.flatnonzero(doubles & (local_branches["event_branch"].values == born))
+        at = at[np.argsort(local_branches["event_point"].values[at])]
+    return chain
 
 
 def _birth(followed: xr.Dataset, branch: int) -> int | None:
@@ -86,6 +86,6 @@ def _birth(followed: xr.Dataset, branch: int) -> int | None:
     born = int(followed["born"][branch])
     if born >= 0:
         return born
-    own = followed["event_branch"].values == branch
-    folds = np.flatnonzero(own & (followed["event_kind"].values == EventKind.FOLD))
+    is_on_branch = followed["event_branch"].values == branch
+    folds = np.flatnonzero(is_on_branch & (followed["event_kind"].values == EventKind.FOLD))
     return int(folds[followed["event_value"].values[folds].argmin()]) if folds.size else None

@@ -147,10 +147,10 @@ def _missing(model: ConeModel, error: MissingDependency) -> xr.Dataset:
 def _pitchfork(name: str, model: ConeModel, film: UnwrinkledFilm) -> Threshold:
     cone = float(pitchfork_voltages(every_balance(model))[0])
     fitted = model.replace(film=film)
-    found = float(pitchfork_voltages(every_balance(fitted))[0])
-    if not np.isfinite(found):
+    voltage = float(pitchfork_voltages(every_balance(fitted))[0])
+    if not np.isfinite(voltage):
         return Threshold(name, (cone, cone), (np.nan, np.nan), float(pull_in_voltage(fitted)["pull_in_voltage"]))
-    return Threshold(name, (cone, cone), _with_fit_error(model, film, found), np.nan)
+    return Threshold(name, (cone, cone), _with_fit_error(model, film, voltage), np.nan)
 
 
 def _with_fit_error(model: ConeModel, film: UnwrinkledFilm, voltage: float) -> tuple[float, float]:
@@ -158,15 +158,15 @@ def _with_fit_error(model: ConeModel, film: UnwrinkledFilm, voltage: float) -> t
     from gelcone.continuum.membrane import membrane
 
     x = 0.02
-    own = membrane(model, film.radius_ratio, displacements=x, voltages=voltage, elements=ELEMENTS)
-    difference = float(own["force"].values.ravel()[0]) / x - float(film.stiffness(x * x, voltage**2)[0]) + voltage**2
+    state = membrane(model, film.radius_ratio, displacements=x, voltages=voltage, elements=ELEMENTS)
+    difference = float(state["force"].values.ravel()[0]) / x - float(film.stiffness(x * x, voltage**2)[0]) + voltage**2
     off = abs(difference) / (2.0 * voltage * float(film.gain(0.0, voltage**2)))
     return voltage - off, voltage + off
 
 
 def _onset(name: str, model: ConeModel, film: UnwrinkledFilm) -> Threshold:
     cone, fitted = (onset_voltage(m) for m in (model, model.replace(film=film)))
-    ends = [_interval(found) for found in (cone, fitted)]
+    ends = [_interval(onset) for onset in (cone, fitted)]
     lost = np.nan if np.isfinite(ends[1][0]) else float(np.sqrt(film.highest_squared(0.0, {})))
     return Threshold(name, ends[0], ends[1], lost)
 
@@ -188,10 +188,10 @@ def _chaos(name: str, model: ConeModel, film: UnwrinkledFilm, start: Array, coun
 
 
 def _first(voltages: Array, met: Any) -> tuple[float, float]:
-    found = np.flatnonzero(met)
-    if not found.size:
+    indices = np.flatnonzero(met)
+    if not indices.size:
         return np.nan, np.nan
-    k = int(found[0])
+    k = int(indices[0])
     return float(voltages[max(k - 1, 0)]), float(voltages[k])
 
 

@@ -96,8 +96,8 @@ def ends(effort: Effort, progress: Progress) -> xr.Dataset:
 
 
 def _observed(model: ConeModel, initial: tuple[float, float], effort: Effort) -> xr.Dataset:
-    found = observed(model, initial, effort).isel(exponent=[0])
-    return found.swap_dims(member="voltage").drop_vars([name for name in found.coords if name != "voltage"])
+    motions = observed(model, initial, effort).isel(exponent=[0])
+    return motions.swap_dims(member="voltage").drop_vars([name for name in motions.coords if name != "voltage"])
 
 
 STUDIES = (Study(NAME, ends, work=60.0, films=()),)

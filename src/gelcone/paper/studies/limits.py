@@ -103,12 +103,12 @@ def large_limits(effort: Effort, progress: Progress) -> xr.Dataset:
     model = preset.model.replace(stretch_limit=np.array(LARGE), voltage=np.full(len(LARGE), OWN_VOLTAGE))
     times = np.linspace(0.0, effort.window, 2001)
     run = integrate(model, start_states(model, preset.initial), times)
-    own = _extents(model.take([0]), preset.initial, effort).isel(member=0)
+    extents = _extents(model.take([0]), preset.initial, effort).isel(member=0)
     progress(0.2)
     return result.assign(
         displacement=(("limit", "time"), run.states[..., 0], attributes("displacement x = h/(b-a)", "length")),
-        own_extent=own["extent"],
-        own_regime=own["regime"],
+        own_extent=extents["extent"],
+        own_regime=extents["regime"],
     ).assign_coords(limit=("limit", np.array(LARGE), attributes("stretch limit", "parameter")))
 
 

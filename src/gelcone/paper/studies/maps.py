@@ -32,10 +32,10 @@ def plane(mode: str, effort: Effort, progress: Progress) -> xr.Dataset:
     plan = Plan(preset.model.replace(prestretch_mode=mode), over, preset.initial, options={"patience": effort.patience})
     result = sweep(plan, keep=["section"], progress=lambda share: progress(0.9 * share))
     result = result.drop_vars(["status", "source"]).assign_attrs(title="parameter map")
-    own = over_plan(plan, effort)
+    window_variables = over_plan(plan, effort)
     progress(0.1)
     rows = result["section"].sel(prestretch=list(STACKED), method="nearest").rename(prestretch="stacked_prestretch")
-    result = result.drop_vars("section").assign(own | {"section": rows})
+    result = result.drop_vars("section").assign(window_variables | {"section": rows})
     return result.assign_attrs(preset="base", prestretch_mode=mode, window=effort.window)
 
 

@@ -41,10 +41,10 @@ def frequency(effort: Effort, progress: Progress) -> xr.Dataset:
     natural = natural_frequencies(single)
     grid = _frequencies(natural, float(np.asarray(single.damping_ratio)), effort.frequencies)
     result = frequency_response(single, grid, preset.initial, progress=progress)
-    own: dict[str, dataset.Variable] = {
+    variables: dict[str, dataset.Variable] = {
         "natural_frequency": ((), natural, "frequency of small swings at the mean-square voltage", "frequency"),
     }
-    result = result.assign(dataset.label(single, own, options={}, title="").data_vars)
+    result = result.assign(dataset.label(single, variables, options={}, title="").data_vars)
     if effort.film == "taut":
         result = result.assign(_branches(preset.model, preset.initial, grid))
     result = result.swap_dims(member="spring_stiffness").rename(branch="sweep")
@@ -56,16 +56,16 @@ def _branches(model: ConeModel, initial: tuple[float, float], grid: Array) -> di
     """Branches of periodic orbits of each stiffness over the frequency, joined with NaN between them: half the range of
     each orbit, its stability, and the folds."""
     rows = []
-    for stiffness, own in zip(STIFFNESSES, grid, strict=True):
-        one, ends = model.replace(spring_stiffness=stiffness), (float(own[0]), float(own[-1]))
-        found = continue_branch(one, "drive_frequency", *ends, initial, start="settled", checks=CHECKS)
-        short = found.isel(branch=np.flatnonzero(found["period"].values <= LONGEST_PERIOD))
-        there = np.pad(np.isfinite(short["value"].values), ((0, 0), (0, 1)), constant_values=False)
-        there[:, 1:] |= there[:, :-1]  # the NaN after each branch makes a gap
+    for stiffness, frequencies in zip(STIFFNESSES, grid, strict=True):
+        actuator, ends = model.replace(spring_stiffness=stiffness), (float(frequencies[0]), float(frequencies[-1]))
+        branches = continue_branch(actuator, "drive_frequency", *ends, initial, start="settled", checks=CHECKS)
+        short = branches.isel(branch=np.flatnonzero(branches["period"].values <= LONGEST_PERIOD))
+        is_drawn = np.pad(np.isfinite(short["value"].values), ((0, 0), (0, 1)), constant_values=False)
+        is_drawn[:, 1:] |= is_drawn[:, :-1]  # the NaN after each branch makes a gap
         half = 0.5 * (short["highest"] - short["lowest"])
         lines = (short["value"], half, short["stable"].where(short["stable"] >= 0))
-        joined = (np.pad(line.values, ((0, 0), (0, 1)), constant_values=np.nan)[there] for line in lines)
-        rows.append((*joined, found["event_value"].values[found["event_kind"].values == EventKind.FOLD]))
+        joined = (np.pad(line.values, ((0, 0), (0, 1)), constant_values=np.nan)[is_drawn] for line in lines)
+        rows.append((*joined, branches["event_value"].values[branches["event_kind"].values == EventKind.FOLD]))
     frequency, amplitude, stable, fold = map(padded, zip(*rows, strict=True))
     along = ("member", "orbit")
     return {
@@ -80,7 +80,7 @@ def natural_frequencies(model: ConeModel) -> Array:
     """Frequencies of small swings about the stable equilibrium under the drive's mean-square voltage, (members,)."""
     mean_square = np.array([0.5 * float(np.asarray(model.voltage)) ** 2])
     places = [balance.equilibria(mean_square)[0] for balance in balances_of(model)]
-    return np.sqrt([max(place.slope for place in own if place.stable) for own in places])
+    return np.sqrt([max(place.slope for place in equilibria if place.stable) for equilibria in places])
 
 
 def _frequencies(natural: Array, damping: float, count: int) -> Array:
@@ -92,9 +92,9 @@ def _frequencies(natural: Array, damping: float, count: int) -> Array:
     near_half, near_whole = int(0.35 * count), int(0.25 * count)
     even = np.geomspace(*BAND, count - near_half - near_whole)
     rows = []
-    for own in natural:
-        half = 0.5 * own + _around(min(4.0 * damping, 0.35 * own), near_half)
-        whole = own + _around(min(8.0 * damping, 0.4 * own), near_whole)
+    for resonance in natural:
+        half = 0.5 * resonance + _around(min(4.0 * damping, 0.35 * resonance), near_half)
+        whole = resonance + _around(min(8.0 * damping, 0.4 * resonance), near_whole)
         rows.append(np.sort(np.concatenate([even, half, whole])))
     return np.stack(rows)
 

@@ -86,8 +86,8 @@ def _voltage(name: str, low: float, high: float, holds: Callable[[Share], Truth]
 
 
 def _limit(name: str, low: float, high: float, read: Read, finite: Read) -> Sample:
-    drawn, own = {"stretch_limit": (low, high)}, {"voltage": PANELS["fast", "stretch_limit"]}
-    return Sample(name, "fast", drawn, partial(decided, holds_nearly, read, finite), own, logarithmic=True)
+    drawn, changes = {"stretch_limit": (low, high)}, {"voltage": PANELS["fast", "stretch_limit"]}
+    return Sample(name, "fast", drawn, partial(decided, holds_nearly, read, finite), changes, logarithmic=True)
 
 
 def rows_without_chaos(points: xr.Dataset) -> Array:
@@ -204,10 +204,10 @@ def neighbours(effort: Effort, progress: Progress) -> xr.Dataset:
     model = preset.model.replace(voltage=voltages + 0.0 * offsets[:, None])
     starts = np.tile(preset.initial, (model.size, 1)) + np.repeat(offsets, SET_VOLTAGES)[:, None]
     members = model.members()
-    own = classify(members, complete(members, starts), patience=effort.patience, budget=SIGN_BUDGET)
-    extent = np.fmax(np.abs(own.lowest), np.abs(own.highest)).reshape(model.shape)
+    base_motions = classify(members, complete(members, starts), patience=effort.patience, budget=SIGN_BUDGET)
+    extent = np.fmax(np.abs(base_motions.lowest), np.abs(base_motions.highest)).reshape(model.shape)
     progress(0.2)
-    kinds = own.regime.reshape(model.shape)
+    kinds = base_motions.regime.reshape(model.shape)
     return result.assign(own_extent=(("start", "inner"), extent), own_regime=(("start", "inner"), kinds))
 
 
@@ -218,8 +218,8 @@ def _of_sets(model: ConeModel, initial: tuple[float, float], effort: Effort) -> 
     members = others.members()
     starts = complete(members, np.tile(initial, (others.size, 1)))
     kinds = classify(members, starts, patience=effort.patience, budget=SIGN_BUDGET)
-    own = over_points(observed(model, initial, effort))
-    return own.assign(prestretch_kind=(("point", "prestretch"), kinds.regime.reshape(others.shape)))
+    motions = over_points(observed(model, initial, effort))
+    return motions.assign(prestretch_kind=(("point", "prestretch"), kinds.regime.reshape(others.shape)))
 
 
 WORK = {"share-high-voltage": 15.0, "other-voltages-damping": 7.0, "share-limit": 3.0, "other-voltages-limit": 3.0}

@@ -36,8 +36,8 @@ def spectra(effort: Effort, progress: Progress) -> xr.Dataset:
     early = spectrum(model, initial, periods=FEWEST_PERIODS, discard=0, progress=weighted(progress, 0.1))
     late = spectrum(model, initial, periods=effort.spectrum_periods, discard=settled, progress=weighted(progress, 0.6))
     early = early.drop_vars(["initial", "outcome"])
-    own = [str(name) for name in (*early.data_vars, "frequency", "frequency_ratio") if name in early]
-    early = early.rename({name: f"early_{name}" for name in [*own, "line"]})
+    early_names = [str(name) for name in (*early.data_vars, "frequency", "frequency_ratio") if name in early]
+    early = early.rename({name: f"early_{name}" for name in [*early_names, "line"]})
     parts = [kinds.drop_vars("section"), late.drop_vars("outcome"), early]
     result = merged(*parts).drop_vars("voltage")
     attrs = kinds["voltage"].attrs

@@ -45,8 +45,8 @@ class FilmAtOnce(Film):
         return {**self.film.parameters, **held}
 
     def complete(self, given: Mapping[str, Any]) -> dict[str, Any]:
-        own = {name: given.get(name, q.default) for name, q in self.parameters.items() if name.startswith(HELD)}
-        return self.film.complete({name: given[name] for name in given if name not in own}) | own
+        held_values = {name: given.get(name, q.default) for name, q in self.parameters.items() if name.startswith(HELD)}
+        return self.film.complete({name: given[name] for name in given if name not in held_values}) | held_values
 
     def numbers(self, parameters: Numbers) -> dict[str, Any]:
         held = {name: parameters[name] for name in self.parameters if name.startswith(HELD)}
@@ -106,8 +106,8 @@ class FilmAtOnce(Film):
         to be reached."""
         if not isinstance(self.film, WrinklingCone | MembraneFilm):
             return super().balancing(x, pull, n)
-        found = self.film.creeping.balancing(x, np.maximum(pull, 0.0), self.held(n), n)
-        return found - STEEP * np.minimum(pull, 0.0)
+        squared = self.film.creeping.balancing(x, np.maximum(pull, 0.0), self.held(n), n)
+        return squared - STEEP * np.minimum(pull, 0.0)
 
     def turning(self, x: Any, squared: Any, n: Numbers) -> Any:
         return np.nan_to_num(super().turning(x, squared, n))  # 0 beyond the valley, where the film does not pull

@@ -59,7 +59,7 @@ _NAME = re.compile(r"(?:viscous_modulus|relaxation_time|viscous_limit)_([1-9])")
 
 def branches_of(names: Iterable[str]) -> int:
     """The number of branches that have a parameter among ``names``."""
-    return max((int(found[1]) for name in names if (found := _NAME.fullmatch(name))), default=0)
+    return max((int(match[1]) for name in names if (match := _NAME.fullmatch(name))), default=0)
 
 
 class Strained(NamedTuple):
@@ -122,9 +122,9 @@ class Branches:
     @cached_property
     def parameters(self) -> Mapping[str, Quantity]:
         """The parameters, by name."""
-        found: dict[str, Quantity] = {}
+        parameters: dict[str, Quantity] = {}
         for k in range(1, self.count + 1):
-            found |= {
+            parameters |= {
                 f"viscous_modulus_{k}": Quantity(
                     f"g{k}", f"modulus of Maxwell branch {k} over the long-term shear modulus", 0.5, lower=0.0
                 ),
@@ -137,10 +137,10 @@ class Branches:
                 ),
             }
             if self.flow == "log":
-                found[f"viscous_limit_{k}"] = Quantity(
+                parameters[f"viscous_limit_{k}"] = Quantity(
                     f"Jv{k}", f"stretch limit of Maxwell branch {k}", np.inf, positive=True, infinite=True
                 )
-        return found | ({"flow_stress": FLOW_STRESS} if self.exponent > 1 and self.count else {})
+        return parameters | ({"flow_stress": FLOW_STRESS} if self.exponent > 1 and self.count else {})
 
     @cached_property
     def states(self) -> tuple[State, ...]:
@@ -164,22 +164,22 @@ class Branches:
 
     def relaxed(self, m: Any, width: Any) -> list[Any]:
         """The states at which nothing flows at the lengths m and n = ``width``."""
-        own = [1.0 / m, 1.0 / width]
+        states = [1.0 / m, 1.0 / width]
         if self.flow == "linear":
-            own = [1.0 / m, m * width] if self.taut else [*own, m * width]
-        return own * len(self.with_states)
+            states = [1.0 / m, m * width] if self.taut else [*states, m * width]
+        return states * len(self.with_states)
 
     def numbers(self, parameters: Numbers) -> dict[str, Any]:
         """The numbers that the formulas take."""
-        found: dict[str, Any] = {}
+        numbers: dict[str, Any] = {}
         for k in range(1, self.count + 1):
-            found[f"viscous_modulus_{k}"] = parameters[f"viscous_modulus_{k}"]
-            found[f"flow_rate_{k}"] = 1.0 / np.asarray(parameters[f"relaxation_time_{k}"])
+            numbers[f"viscous_modulus_{k}"] = parameters[f"viscous_modulus_{k}"]
+            numbers[f"flow_rate_{k}"] = 1.0 / np.asarray(parameters[f"relaxation_time_{k}"])
             if self.flow == "log":
-                found[f"inverse_viscous_limit_{k}"] = 1.0 / np.asarray(parameters[f"viscous_limit_{k}"])
+                numbers[f"inverse_viscous_limit_{k}"] = 1.0 / np.asarray(parameters[f"viscous_limit_{k}"])
         if self.exponent > 1 and self.count:
-            found["inverse_flow_stress"] = 1.0 / np.asarray(parameters["flow_stress"])
-        return found
+            numbers["inverse_flow_stress"] = 1.0 / np.asarray(parameters["flow_stress"])
+        return numbers
 
     def time_constant(self, n: Numbers) -> Any:
         """The slowest time constant of creep, (1 + g) tau: a branch that carries load creeps more slowly than it
@@ -199,25 +199,25 @@ class Branches:
 
     def free_length(self, y: list[Any], xp: Any = np) -> Any:
         """The largest m at which a branch is free along the meridian, at n = 1."""
-        found: Any = 0.0
+        longest: Any = 0.0
         for k in self.with_states:
-            own = self._own(k, y)
-            free = 1.0 / (own[0] * xp.sqrt(own[1])) if self.flow == "log" else xp.sqrt(own[2] / own[0])
-            found = xp.maximum(found, free)
-        return found
+            states = self._own(k, y)
+            free = 1.0 / (states[0] * xp.sqrt(states[1])) if self.flow == "log" else xp.sqrt(states[2] / states[0])
+            longest = xp.maximum(longest, free)
+        return longest
 
     # --- one branch --------------------------------------------------------------------------------------------------
 
     def _own(self, k: int, y: list[Any]) -> list[Any]:
         size, place = len(self.states) // len(self.with_states), self.with_states.index(k)
-        own = y[place * size : (place + 1) * size]
-        return own if self.flow == "log" or not self.taut else [own[0], 1.0, own[1]]
+        states = y[place * size : (place + 1) * size]
+        return states if self.flow == "log" or not self.taut else [states[0], 1.0, states[1]]
 
     def _strained(self, k: int, m: Any, width: Any, y: list[Any], n: Numbers) -> Strained:
-        own = self._own(k, y)
-        first, second = own[0] * m, own[1] * width
+        states = self._own(k, y)
+        first, second = states[0] * m, states[1] * width
         if self.flow == "linear":
-            third = own[2] / (m * width)
+            third = states[2] / (m * width)
             return Strained(first - third, second - third, third, first, second)
         # with P = E1 E2, R E3 = 1/(P (1 + 3/J - (E1 + E2)/J) - 1/J) and R = P R E3: one division
         s, product = n[f"inverse_viscous_limit_{k}"], first * second
@@ -236,18 +236,18 @@ class Branches:
     def stresses(self, m: Any, width: Any, y: list[Any], n: Numbers) -> tuple[Any, Any]:
         """Sums of t1 and t2; 0 without states, as in statics."""
         along, across = 0.0, 0.0
-        for _, g, own in self._each(m, width, y, n):
-            along, across = along + g * own.along, across + g * own.across
+        for _, g, branch in self._each(m, width, y, n):
+            along, across = along + g * branch.along, across + g * branch.across
         return along, across
 
     def slopes(self, m: Any, width: Any, y: list[Any], n: Numbers) -> tuple[Any, Any, Any]:
         """Sums of the derivatives of t1 by ln m, of t1 by ln n (and of t2 by ln m), and of t2 by ln n."""
         h11, h12, h22 = 0.0, 0.0, 0.0
-        for k, g, own in self._each(m, width, y, n):
+        for k, g, branch in self._each(m, width, y, n):
             s = n[f"inverse_viscous_limit_{k}"] if self.flow == "log" else 0.0
-            h11 = h11 + g * (own.along + 2.0 * own.thin + s * (own.along * own.along))
-            h12 = h12 + g * (own.thin + s * (own.along * own.across))
-            h22 = h22 + g * (own.across + 2.0 * own.thin + s * (own.across * own.across))
+            h11 = h11 + g * (branch.along + 2.0 * branch.thin + s * (branch.along * branch.along))
+            h12 = h12 + g * (branch.thin + s * (branch.along * branch.across))
+            h22 = h22 + g * (branch.across + 2.0 * branch.thin + s * (branch.across * branch.across))
         return h11, h12, h22
 
     def pull(self, m: Any, y: list[Any], n: Numbers) -> tuple[Any, Any]:
@@ -263,17 +263,20 @@ class Branches:
 
     def rates(self, m: Any, width: Any, y: list[Any], n: Numbers) -> list[Any]:
         """Rates of change of the states."""
-        found: list[Any] = []
-        for k, g, own in self._each(m, width, y, n):
+        rates: list[Any] = []
+        for k, g, branch in self._each(m, width, y, n):
             rate, p = n[f"flow_rate_{k}"], self._own(k, y)
             if self.flow == "log":
-                speed = (-2.0 / 3.0) * rate * self._flow_factor(g, own, n)
-                found += [speed * p[0] * (own.along - 0.5 * own.across), speed * p[1] * (own.across - 0.5 * own.along)]
+                speed = (-2.0 / 3.0) * rate * self._flow_factor(g, branch, n)
+                rates += [
+                    speed * p[0] * (branch.along - 0.5 * branch.across),
+                    speed * p[1] * (branch.across - 0.5 * branch.along),
+                ]
             else:
-                wanted = [1.0 / m, 1.0 / width, m * width]
-                changes = [rate * (a - b) for a, b in zip(wanted, p, strict=True)]
-                found += [changes[0], changes[2]] if self.taut else changes
-        return found
+                relaxed = [1.0 / m, 1.0 / width, m * width]
+                changes = [rate * (a - b) for a, b in zip(relaxed, p, strict=True)]
+                rates += [changes[0], changes[2]] if self.taut else changes
+        return rates
 
     def _flow_factor(self, g: Any, own: Strained, n: Numbers) -> Any:
         """The factor ((t1^2 - t1 t2 + t2^2)/s^2)^((c - 1)/2) of flow rates and dissipation."""
@@ -288,39 +291,39 @@ class Branches:
 
     def dissipation(self, m: Any, width: Any, y: list[Any], n: Numbers) -> Any:
         """The sum of D."""
-        found: Any = 0.0
-        for k, g, own in self._each(m, width, y, n):
+        dissipated: Any = 0.0
+        for k, g, branch in self._each(m, width, y, n):
             rate = g * n[f"flow_rate_{k}"]
             if self.flow == "log":
-                found = found + (rate * self._flow_factor(g, own, n) / 3.0) * _equivalent(own)
+                dissipated = dissipated + (rate * self._flow_factor(g, branch, n) / 3.0) * _equivalent(branch)
             else:
                 lost: Any = 0.0
-                for stretch in (own.first, own.second, own.thin):
+                for stretch in (branch.first, branch.second, branch.thin):
                     lost = lost + (stretch - 1.0) * (stretch - 1.0) / stretch
-                found = found + 0.5 * rate * lost
-        return found
+                dissipated = dissipated + 0.5 * rate * lost
+        return dissipated
 
     def energy(self, m: Any, width: Any, y: list[Any], n: Numbers) -> Any:
         """The energy stored in the branches, of arrays."""
-        found: Any = 0.0
-        for k, g, own in self._each(m, width, y, n):
-            first, second = own.first, own.second
+        energy: Any = 0.0
+        for k, g, branch in self._each(m, width, y, n):
+            first, second = branch.first, branch.second
             if self.flow == "log":
                 limit = {"inverse_stretch_limit": n[f"inverse_viscous_limit_{k}"]}
-                found = found + g * LAWS["gent"].energy(first + second + 1.0 / (first * second) - 3.0, limit)
+                energy = energy + g * LAWS["gent"].energy(first + second + 1.0 / (first * second) - 3.0, limit)
             else:
-                every = (first, second, own.thin)
-                found = found + 0.5 * g * sum(stretch - 1.0 - np.log(stretch) for stretch in every)
-        return found
+                every = (first, second, branch.thin)
+                energy = energy + 0.5 * g * sum(stretch - 1.0 - np.log(stretch) for stretch in every)
+        return energy
 
     def limit_share(self, m: Any, width: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
         """The largest share of its stretch limit that a branch has reached."""
-        found: Any = 0.0
-        for k, _, own in self._each(m, width, y, n) if self.flow == "log" else ():
-            first, second = own.first, own.second
+        largest: Any = 0.0
+        for k, _, branch in self._each(m, width, y, n) if self.flow == "log" else ():
+            first, second = branch.first, branch.second
             share = (first + second + 1.0 / (first * second) - 3.0) * n[f"inverse_viscous_limit_{k}"]
-            found = xp.maximum(found, share)
-        return found
+            largest = xp.maximum(largest, share)
+        return largest
 
 
 def _equivalent(own: Strained) -> Any:

@@ -164,9 +164,11 @@ class Creeping:
             m, width = np.where(missed, np.nan, m), np.where(missed, np.nan, width)
             missed &= np.isfinite(sum((q, squared, *y)))
             if missed.any():
-                found = _chosen(missed, q, squared, y, n)
-                highest = Creeping(self.film, localises=False).highest_squared(np.sqrt(found[0] - 1.0), *found[2:])
-                missed[missed] = (found[1] < highest) | (highest >= UNREACHED)
+                arguments = _chosen(missed, q, squared, y, n)
+                highest = Creeping(self.film, localises=False).highest_squared(
+                    np.sqrt(arguments[0] - 1.0), *arguments[2:]
+                )
+                missed[missed] = (arguments[1] < highest) | (highest >= UNREACHED)
                 m[missed], width[missed] = self._descended(*_chosen(missed, q, squared, y, n))
         return m, width
 
@@ -178,9 +180,9 @@ class Creeping:
         """Find the minimum of films that have one, by Newton's method with a line search on the energy."""
 
         def energy(m: Any, width: Any) -> Any:
-            own = self.tension(m, squared, width, y, n)
-            found = self.film.law.energy(own.strain, n) + self.film.viscous.energy(m, width, y, n)
-            return np.where(self._whole(own, m, width, y, n), found - 0.5 * squared * m * width, np.inf)
+            tension = self.tension(m, squared, width, y, n)
+            stored = self.film.law.energy(tension.strain, n) + self.film.viscous.energy(m, width, y, n)
+            return np.where(self._whole(tension, m, width, y, n), stored - 0.5 * squared * m * width, np.inf)
 
         m, width, least = q.copy(), np.ones(q.shape), NEARLY * (1.0 + self.film.viscous.modulus(n))
         for _ in range(MOST_STEPS):
@@ -217,21 +219,24 @@ class Creeping:
         _, width, held, narrow = self.lengths(q, squared, y, n, xp)
         if known(held) == 0.0:
             return 0.0 * x, 0.0 * x
-        own = self.tension(q, squared, width, y, n, xp)
-        pull = held * (own.along / (own.compliance * q))
+        tension = self.tension(q, squared, width, y, n, xp)
+        pull = held * (tension.along / (tension.compliance * q))
         if traced(xp):
             return x * pull, pull
-        h11, h12, h22 = self.slopes(own, q, width, y, n)
-        stiff = (h11 - (1.0 - narrow) * (h12 * h12 / h22) - own.along) / (own.compliance * q)
+        h11, h12, h22 = self.slopes(tension, q, width, y, n)
+        stiff = (h11 - (1.0 - narrow) * (h12 * h12 / h22) - tension.along) / (tension.compliance * q)
         return x * pull, pull + held * (2.0 * x * x / q) * stiff
 
     # --- held at its states ------------------------------------------------------------------------------------------
 
     def _slack(self, q: Any, width: Any, y: list[Any], n: Numbers) -> tuple[Any, Any]:
         """V and s1 of a hoop-slack film of the length q at a ``width``; V is infinite beyond a stretch limit."""
-        own = self.tension(q, 0.0, width, y, n)
-        whole = self._whole(own, q, width, y, n)
-        squared, along = own.across / (own.compliance * q * width), (own.along - own.across) / own.compliance
+        tension = self.tension(q, 0.0, width, y, n)
+        whole = self._whole(tension, q, width, y, n)
+        squared, along = (
+            tension.across / (tension.compliance * q * width),
+            (tension.along - tension.across) / tension.compliance,
+        )
         return np.where(whole, squared, np.inf), along
 
     def _margin(self, q: Any, squared: Any, width: Any, y: list[Any], n: Numbers) -> Any:
@@ -255,10 +260,10 @@ class Creeping:
             return np.where(np.isinf(squared), -1.0, pull * q - along)
 
         with np.errstate(all="ignore"):
-            own = self.tension(q, 0.0, 1.0, y, n)
-            taut = own.along / (own.compliance * q) - pull
+            tension = self.tension(q, 0.0, 1.0, y, n)
+            taut = tension.along / (tension.compliance * q) - pull
             slack = self._slack(q, rise(weakness, np.ones_like(q), self._widest(q, y, n)), y, n)[0]
-            return np.where(own.across >= taut * own.compliance * q, taut, slack)[()]
+            return np.where(tension.across >= taut * tension.compliance * q, taut, slack)[()]
 
     def highest_squared(self, x: Any, y: list[Any], n: Numbers) -> Any:
         """The V at which a film held at x localises or its minimum ends, whichever comes first; `UNREACHED` if neither
@@ -280,23 +285,23 @@ class Creeping:
             beyond = localisation(1.0 + levels * step) > 0.0
             first = 1.0 + np.argmax(beyond, axis=0) * step
             ends = (widest > 1.0) & beyond.any(axis=0) & self.localises
-            found = np.where(ends, rise(localisation, first, first + np.where(ends, step, 0.0)), 1.0)
+            end_width = np.where(ends, rise(localisation, first, first + np.where(ends, step, 0.0)), 1.0)
             lost = self._slack(q, widest, y, n)[0]
             at = self.tension(q, lost, widest, y, n)
             h11, h12, h22 = self.slopes(at, q, widest, y, n)
             firm = np.where(widest > 1.0, h11 * h22 > h12 * h12, h11 > 0.0)
             squared, longest = self._free_end(y, n)
             slack = np.where(firm, np.where(q < longest, squared, UNREACHED), np.minimum(lost, UNREACHED))
-            return np.where(ends, np.minimum(self._slack(q, found, y, n)[0], UNREACHED), slack)[()]
+            return np.where(ends, np.minimum(self._slack(q, end_width, y, n)[0], UNREACHED), slack)[()]
 
     def free_width(self, m: Any, y: list[Any], n: Numbers) -> Any:
         """The width of a free film of the length m, at the V at which it has that length."""
 
         def slender(width: Any) -> Any:
-            own = self.tension(m, 0.0, width, y, n)
-            whole = self._whole(own, m, width, y, n)
-            more = own.across - own.along
-            return np.where(whole & np.isfinite(more), more, np.inf)  # at the limit itself both may be infinite
+            tension = self.tension(m, 0.0, width, y, n)
+            whole = self._whole(tension, m, width, y, n)
+            surplus = tension.across - tension.along
+            return np.where(whole & np.isfinite(surplus), surplus, np.inf)  # at the limit itself both may be infinite
 
         return rise(slender, np.ones_like(m), self._widest(m, y, n))
 
@@ -304,9 +309,9 @@ class Creeping:
         """Minus the Hessian of a free film of the length m, positive where its minimum has ended; and a mask of films
         below all stretch limits."""
         width = self.free_width(m, y, n)
-        own = self.tension(m, 0.0, width, y, n)
-        whole = self._whole(own, m, width, y, n)
-        at = self.tension(m, own.along / (own.compliance * m * width), width, y, n)
+        tension = self.tension(m, 0.0, width, y, n)
+        whole = self._whole(tension, m, width, y, n)
+        at = self.tension(m, tension.along / (tension.compliance * m * width), width, y, n)
         h11, h12, h22 = self.slopes(at, m, width, y, n)
         return -np.where(width > 1.0, h11 * h22 - h12 * h12, h11), np.broadcast_to(whole, np.shape(width))
 
@@ -315,8 +320,8 @@ class Creeping:
         names = tuple(name for name in n if not name.startswith("held_"))
         arrays = np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in (*y, *(n[name] for name in names))))
         rows = np.stack([array.ravel() for array in arrays])
-        found = _free_end_of(self.film, names, rows.tobytes(), rows.shape[1])
-        return found[0].reshape(arrays[0].shape), found[1].reshape(arrays[0].shape)
+        ends = _free_end_of(self.film, names, rows.tobytes(), rows.shape[1])
+        return ends[0].reshape(arrays[0].shape), ends[1].reshape(arrays[0].shape)
 
     # --- borders -----------------------------------------------------------------------------------------------------
 
@@ -386,9 +391,9 @@ class Creeping:
 
 def _chosen(which: Any, q: Any, squared: Any, y: list[Any], n: Numbers) -> tuple[Any, Any, list[Any], dict[str, Any]]:
     """The arguments of the formulas, reduced to the elements in the mask ``which``."""
-    own = {name: taken(value, which) for name, value in n.items()}
+    numbers = {name: taken(value, which) for name, value in n.items()}
     q, squared, *y = (np.broadcast_to(value, which.shape)[which] for value in (q, squared, *y))
-    return q, squared, y, own
+    return q, squared, y, numbers
 
 
 @lru_cache(maxsize=256)
@@ -415,7 +420,7 @@ def _free_end_of(film: TautCone, names: tuple[str, ...], rows: bytes, count: int
         high = np.where(ends, first, LEVEL)
         longest = rise(lambda m: creeping.softness(m, y, n)[0], high / LEVEL, high)
         width = creeping.free_width(longest, y, n)
-        own = creeping.tension(longest, 0.0, width, y, n)
-        squared = own.along / (own.compliance * longest * width)
+        tension = creeping.tension(longest, 0.0, width, y, n)
+        squared = tension.along / (tension.compliance * longest * width)
     ends &= squared < UNREACHED  # else it is next to its stretch limit
     return np.where(ends, squared, np.inf), np.where(ends, longest, np.inf)

@@ -66,24 +66,24 @@ class Elastic:
         strain = (A + B + G - 3.0) + A * xx + B * y - G * thinning
         compliance = self.law.compliance(strain, n, xp)
         # (B n - r)/(q n), r = G (1 - thinning)
-        own = (B - G) + (2.0 * G - B) * thinning - G * (thinning * thinning) + (B * y) * (1.0 - thinning)
+        elastic = (B - G) + (2.0 * G - B) * thinning - G * (thinning * thinning) + (B * y) * (1.0 - thinning)
         lead = (A - B) + B * (flatness - y + y * flatness)
-        excess = own - squared * compliance
+        excess = elastic - squared * compliance
         return Local(y, flatness, G - G * thinning, compliance, strain, A + A * xx, B + B * y, lead, excess)
 
     def _excess_slope(self, xx: Any, squared: Any, y: Any, n: Numbers) -> Any:
         """The derivative of the `local` excess by y."""
-        own, wide = self.local(xx, squared, y, n), 1.0 + y
-        thin = own.r / wide
-        stiffening = self.law.stiffening(own.strain, n)
+        local, wide = self.local(xx, squared, y, n), 1.0 + y
+        thin = local.r / wide
+        stiffening = self.law.stiffening(local.strain, n)
         return 2.0 * thin / ((1.0 + xx) * wide) + squared * stiffening * (n["B"] - thin)
 
     def _held_and_pulling(self, xx: Any, squared: Any, n: Numbers, xp: Any) -> tuple[Any, Any]:
         """Flags, 1 or 0, of a held width and of a film that pulls; the second is None, not known yet, for arrays."""
         if traced(xp):
             return 0.5 + 0.5 * n["width_held"], 0.5 + 0.5 * n["pulls"]
-        own = self.local(xx, squared, 0.0, n)
-        return np.where((own.excess >= 0.0) & (own.hoop >= own.r), 1.0, 0.0), None
+        local = self.local(xx, squared, 0.0, n)
+        return np.where((local.excess >= 0.0) & (local.hoop >= local.r), 1.0, 0.0), None
 
     def tension(self, xx: Any, squared: Any, n: Numbers, xp: Any) -> tuple[Local, Any, Any, Any]:
         """Local quantities; K s1/q, or where the film does not pull a value of its sign; and flags, 1 or 0, of a held
@@ -116,29 +116,29 @@ class Elastic:
         elif known(held) == 1.0:
             y = 0.0
         elif known(held) == known(pulls) == 0.0:
-            own = self.local(xx, squared, free(xx), n, xp)
-            return own, own.excess, held, pulls
+            local = self.local(xx, squared, free(xx), n, xp)
+            return local, local.excess, held, pulls
         else:
             y = root(xp, _root_name("width", squared, n, xp), residual, (xx, squared), first, slope=slope)
-        own = self.local(xx, squared, y, n, xp)
+        local = self.local(xx, squared, y, n, xp)
         # where the width is held n = 1, without force A q = B n; elsewhere the excess is zero
         share = held + (1.0 - held) * (1.0 - pulls) if mixed else held
-        pull = own.lead + share * own.excess
+        pull = local.lead + share * local.excess
         if pulls is None:
             pulls = np.where((pull > 0.0) & (xx > n["shortest"]), 1.0, 0.0)
-        return own, pull, held, pulls
+        return local, pull, held, pulls
 
     def force(self, x: Any, squared: Any, n: Numbers, xp: Any = np) -> tuple[Any, Any]:
         """x s1/q and its slope by x; NaN where the energy no longer has a minimum."""
         xx = x * x
-        own, pull, held, pulls = self.tension(xx, squared, n, xp)
+        local, pull, held, pulls = self.tension(xx, squared, n, xp)
         if traced(xp):
             pulls = pulls * self._whole(n)
         elif not self.continues:
             pulls = np.where(self._gone(xx, squared, n), np.nan, pulls)
-        tension = pull / own.compliance
-        along, mixed, across = self._slopes(own, n, xp)
-        unit = (1.0 - own.flatness) / own.compliance
+        tension = pull / local.compliance
+        along, mixed, across = self._slopes(local, n, xp)
+        unit = (1.0 - local.flatness) / local.compliance
         slope = (along - (1.0 - held) * (mixed * mixed / across)) * (unit * unit)
         return x * (pulls * tension), pulls * (tension + 2.0 * xx * slope)
 
@@ -155,11 +155,11 @@ class Elastic:
     def voltage_gain(self, x: Any, squared: Any, n: Numbers) -> Any:
         """-dF/dV, of arrays: x n (1 + d ln n/d ln q), half the slope of the charge over the voltage by x."""
         xx = np.square(x)
-        own, _, held, pulls = self.tension(xx, squared, n, np)
+        local, _, held, pulls = self.tension(xx, squared, n, np)
         if not self.continues:
             pulls = np.where(self._gone(xx, squared, n), np.nan, pulls)
-        _, mixed, across = self._slopes(own, n, np)
-        return (x * (pulls * ((1.0 + own.y) * (1.0 - (1.0 - held) * (mixed / across)))))[()]
+        _, mixed, across = self._slopes(local, n, np)
+        return (x * (pulls * ((1.0 + local.y) * (1.0 - (1.0 - held) * (mixed / across)))))[()]
 
     # --- borders -----------------------------------------------------------------------------------------------------
 
@@ -181,10 +181,10 @@ class Elastic:
         )
 
     def _width_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
-        own, _, held, pulls = self.tension(x * x, squared, n, xp)
+        local, _, held, pulls = self.tension(x * x, squared, n, xp)
         side = n["width_held"]
         stretched, wider, slack = side * (pulls * held), side * (pulls * (1.0 - held)), side * (1.0 - pulls)
-        return stretched * own.excess - wider * own.y + slack * (n["edge"] - n["A"] * (x * x))
+        return stretched * local.excess - wider * local.y + slack * (n["edge"] - n["A"] * (x * x))
 
     def _force_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
         _, pull, _, pulls = self.tension(x * x, squared, n, xp)
@@ -200,12 +200,12 @@ class Elastic:
         return pulls + (1.0 - pulls) * (n["crumpled"] * (squared - n["crumpling_squared"]))
 
     def _end_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
-        own, _, held, pulls = self.tension(x * x, squared, n, xp)
+        local, _, held, pulls = self.tension(x * x, squared, n, xp)
         below = 0.5 + 0.5 * n["below_hump"]
         slack = below * (n["limit_squared"] - squared) + (1.0 - below) * self._beyond_valley(x, n)
         if self.pull_in == "minimum":
             return pulls + (1.0 - pulls) * slack
-        with_force = held + (1.0 - held) * self._ellipticity(own, n, xp)
+        with_force = held + (1.0 - held) * self._ellipticity(local, n, xp)
         return pulls * with_force + (1.0 - pulls) * slack
 
     def _hump_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
@@ -275,14 +275,14 @@ class Elastic:
         in, and where x is NaN."""
         xx, squared = np.broadcast_arrays(np.square(np.asarray(x, dtype=float)), np.asarray(squared, dtype=float))
         with np.errstate(all="ignore"):
-            own, _, _, pulls = self.tension(xx, squared, n, np)
-            m, width = np.array(1.0 + xx), np.array(np.broadcast_to(1.0 + own.y, xx.shape))
+            local, _, _, pulls = self.tension(xx, squared, n, np)
+            m, width = np.array(1.0 + xx), np.array(np.broadcast_to(1.0 + local.y, xx.shape))
             gone, slack = np.isnan(xx) | self._gone(xx, squared, n), pulls == 0.0
             crumpled = slack & ~gone & (squared > n["crumpling_squared"])
             if crumpled.any():
-                there = _taken(n, crumpled)
-                t = self._natural(xx[crumpled], squared[crumpled], there)
-                m[crumpled], width[crumpled] = t / there["A"], t / there["B"]
+                numbers = _taken(n, crumpled)
+                t = self._natural(xx[crumpled], squared[crumpled], numbers)
+                m[crumpled], width[crumpled] = t / numbers["A"], t / numbers["B"]
             held = slack & ~gone & ~crumpled
             if held.any():
                 m[held], width[held] = self._natural_meridian(xx[held], squared[held], _taken(n, held)), 1.0
@@ -302,24 +302,24 @@ class Elastic:
         longest = np.maximum(n["B"] / n["A"] - 1.0, xx)
 
         def pull(at: Any) -> Any:
-            own = self.local(at, squared, 0.0, n)
-            return own.lead + own.excess  # unlike the stress itself without a pole at the stretch limit
+            local = self.local(at, squared, 0.0, n)
+            return local.lead + local.excess  # unlike the stress itself without a pole at the stretch limit
 
         return 1.0 + rise(pull, xx, longest)
 
     def traced_lengths(self, xx: Any, squared: Any, n: Numbers, xp: Any) -> tuple[Any, Any]:
         """`lengths` in a program."""
-        own, _, _, pulls = self.tension(xx, squared, n, xp)
+        local, _, _, pulls = self.tension(xx, squared, n, xp)
         if known(pulls) == 1.0:
-            return 1.0 + xx, 1.0 + own.y
+            return 1.0 + xx, 1.0 + local.y
         m = self._slack_meridian(xx, squared, pulls, n, xp)
         slack = self._slack_width(m, n)
-        return pulls * (1.0 + xx) + (1.0 - pulls) * m, pulls * (1.0 + own.y) + (1.0 - pulls) * slack
+        return pulls * (1.0 + xx) + (1.0 - pulls) * m, pulls * (1.0 + local.y) + (1.0 - pulls) * slack
 
     def capacitance(self, xx: Any, squared: Any, n: Numbers, xp: Any) -> Any:
         """m n in a program."""
-        own, _, _, pulls = self.tension(xx, squared, n, xp)
-        with_force = (1.0 + xx) * (1.0 + own.y)
+        local, _, _, pulls = self.tension(xx, squared, n, xp)
+        with_force = (1.0 + xx) * (1.0 + local.y)
         if known(pulls) == 1.0:
             return with_force
         m = self._slack_meridian(xx, squared, pulls, n, xp)
@@ -358,19 +358,19 @@ class Elastic:
         A film cannot push: for a negative ``pull`` V rises too steeply to be reached, and the result stays monotone.
         """
         xx, pull = np.broadcast_arrays(np.square(np.asarray(x, dtype=float)), np.asarray(pull, dtype=float))
-        wanted = np.maximum(pull, 0.0)
+        target = np.maximum(pull, 0.0)
         with np.errstate(all="ignore"):
-            taut = TautCone.balancing(self.film, x, wanted, n)
+            taut = TautCone.balancing(self.film, x, target, n)
             widest = np.maximum(n["A"] * (1.0 + xx) / n["B"] - 1.0, 0.0)
 
             def weakness(y: Any) -> Any:
-                own = self.local(xx, 0.0, y, n)
-                return np.where(own.compliance > 0.0, wanted * own.compliance - own.lead, -1.0)
+                local = self.local(xx, 0.0, y, n)
+                return np.where(local.compliance > 0.0, target * local.compliance - local.lead, -1.0)
 
-            own = self.local(xx, 0.0, rise(weakness, np.zeros_like(widest), widest), n)
+            local = self.local(xx, 0.0, rise(weakness, np.zeros_like(widest), widest), n)
             held = self.local(xx, taut, 0.0, n).excess >= 0.0
             # no voltage slackens a film that would be beyond its stretch limit without tension
-            wrinkled = np.where(own.compliance > 0.0, own.excess / own.compliance, np.inf)
+            wrinkled = np.where(local.compliance > 0.0, local.excess / local.compliance, np.inf)
         return (np.where(held, taut, wrinkled) - STEEP * np.minimum(pull, 0.0))[()]
 
     def highest_squared(self, x: Any, n: Numbers) -> Any:
@@ -390,17 +390,17 @@ class Elastic:
         widest = np.asarray(np.maximum((n["A"] * (1.0 + xx)) / n["B"] - 1.0, 0.0))
 
         def localisation(y: Any, xx: Any = xx, n: Numbers = n) -> Any:
-            own = self.local(xx, 0.0, y, n)
-            return np.where(own.compliance > 0.0, -self._ellipticity(own, n, np), np.inf)
+            local = self.local(xx, 0.0, y, n)
+            return np.where(local.compliance > 0.0, -self._ellipticity(local, n, np), np.inf)
 
         # behind the valley a film that has localised would be stable again before it loses its tension
         behind, least = n["A"] * (1.0 + xx) >= n["valley"], np.array(np.fmin(widest, self._most_stretched(xx, n)))
         if np.any(behind):
-            there = partial(localisation, xx=xx[behind], n=_taken(n, behind))
-            least[behind] = _highest(there, least[behind])
-        own = self.local(xx, 0.0, rise(localisation, np.zeros_like(widest), least), n)
-        found = (widest > 0.0) & (localisation(least) > 0.0) & (own.compliance > 0.0)
-        return np.where(found, own.excess / own.compliance, np.inf)  # the V that makes the hoop stress 0
+            softness = partial(localisation, xx=xx[behind], n=_taken(n, behind))
+            least[behind] = _highest(softness, least[behind])
+        local = self.local(xx, 0.0, rise(localisation, np.zeros_like(widest), least), n)
+        localises = (widest > 0.0) & (localisation(least) > 0.0) & (local.compliance > 0.0)
+        return np.where(localises, local.excess / local.compliance, np.inf)  # the V that makes the hoop stress 0
 
     def _most_stretched(self, xx: Any, n: Numbers) -> Any:
         """The y next to the stretch limit of the film; 0 where it is beyond at every width."""

@@ -156,7 +156,7 @@ class Film(Component):
         x, squared = GRID, TRIAL_SQUARED
         y = [np.broadcast_to(start, x.shape) for start in self.starts(x, many)]
         check_formulas(self, [Trial("switches", (x, squared, y, many), NAMED)])
-        here, one = {**many, **self.switches(x, squared, y, many)}, {**n, **self.switches(PLACES, squared, [], n)}
+        here, at_places = {**many, **self.switches(x, squared, y, many)}, {**n, **self.switches(PLACES, squared, [], n)}
         of_place = ("strain", "drag")
         of_voltage = ("voltage_gain", "turning", "balancing")
         of_states = ("voltage_force", "work", "capacitance")
@@ -164,9 +164,11 @@ class Film(Component):
         check_formulas(
             self,
             [
-                *(Trial("force", (x, squared, own, here), PAIR) for own in ([], y)),
+                *(Trial("force", (x, squared, states, here), PAIR) for states in ([], y)),
                 Trial("rates", (x, x, squared, y, here), (fits, words)),
-                Trial("relaxed", (x, squared, here), (lambda own: own is None or fits(own), f"None, or {words}")),
+                Trial(
+                    "relaxed", (x, squared, here), (lambda states: states is None or fits(states), f"None, or {words}")
+                ),
                 Trial("dissipation", (x, x, squared, y, here), NUMBERS),
                 *(Trial(name, (x, here), NUMBERS) for name in (*of_place, "highest_squared")),
                 *(Trial(name, (x, squared, here), NUMBERS) for name in of_voltage),
@@ -185,8 +187,10 @@ class Film(Component):
         if np.isnan(self.highest_squared(0.0, n)):
             raise wrong(self, "highest_squared", "is NaN at x = 0", "return infinity if no voltage is too high")
         held, borders = [start[0] for start in y], bool(self.borders)
-        check_slope(self, lambda x, own, xp: self.force(x, squared, own, one, xp), held, bool(self.odd(n)), borders)
-        check_rates(self, len(self.states), lambda z, xp: self.rates(z[0], z[1], squared, z[2:], one, xp))
+        check_slope(
+            self, lambda x, states, xp: self.force(x, squared, states, at_places, xp), held, bool(self.odd(n)), borders
+        )
+        check_rates(self, len(self.states), lambda z, xp: self.rates(z[0], z[1], squared, z[2:], at_places, xp))
 
     def rates(self, x: Any, velocity: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> list[Any]:
         """Rates of change of the film's states."""
@@ -273,8 +277,8 @@ class Film(Component):
 
     def voltage_gain(self, x: Any, squared: Any, n: Numbers) -> Any:
         """-dF/dV, the rate at which the squared voltage reduces the force."""
-        own = {**n, **self.switches(x, squared, [], n)}
-        gain = -derivative(lambda at, xp: self.force(x, at, [], own, xp)[0], squared)
+        numbers = {**n, **self.switches(x, squared, [], n)}
+        gain = -derivative(lambda at, xp: self.force(x, at, [], numbers, xp)[0], squared)
         return np.where(np.isnan(self.force(x, squared, [], n)[0]), np.nan, gain)[()]
 
     def turning(self, x: Any, squared: Any, n: Numbers) -> Any:
@@ -289,8 +293,8 @@ class Film(Component):
         """
         nearby = np.where(np.asarray(x) == 0.0, SMALL, x)
         with np.errstate(all="ignore"):
-            found = (self.force(nearby, 0.0, [], n)[0] - pull * nearby) / self.voltage_gain(nearby, 0.0, n)
-        return found[()]
+            squared = (self.force(nearby, 0.0, [], n)[0] - pull * nearby) / self.voltage_gain(nearby, 0.0, n)
+        return squared[()]
 
     def stiffness_scale(self, n: Numbers) -> Any:
         """A typical stiffness, which bounds the rate of the motion. Default: that at the flat film."""
@@ -330,8 +334,8 @@ class Film(Component):
         shares = (1.0, 1.0 + DIFFERENCE, 1.0 - DIFFERENCE)
         area, above, below = (self.capacitance(x, share * squared, [], n) for share in shares)
         by_voltage = area if self.linear_charge else area + (above - below) / DIFFERENCE
-        found = rate * by_voltage + 2.0 * voltage * velocity * self.voltage_gain(x, squared, n)
-        return found * np.nan if self.states else found
+        charge_rate = rate * by_voltage + 2.0 * voltage * velocity * self.voltage_gain(x, squared, n)
+        return charge_rate * np.nan if self.states else charge_rate
 
     # --- state and description ---------------------------------------------------------------------------------------
 

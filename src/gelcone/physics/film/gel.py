@@ -203,9 +203,9 @@ class BranchedFilm(GelFilm):
 
     def complete(self, given: Mapping[str, Any]) -> dict[str, Any]:
         """Check the parameters of the gel and of the branches."""
-        own = {name: q.check(name, given.get(name, q.default)) for name, q in self.viscous.parameters.items()}
-        self.viscous.check(own)
-        return super().complete(given) | own
+        branch_values = {name: q.check(name, given.get(name, q.default)) for name, q in self.viscous.parameters.items()}
+        self.viscous.check(branch_values)
+        return super().complete(given) | branch_values
 
     def time_constant(self, n: Numbers) -> Any:
         return self.viscous.time_constant(n) if self.branches else 0.0

@@ -77,44 +77,45 @@ def interpolated_curves(members: Members) -> Iterator[Interpolation | None]:
     places = (varied - varied.mean(axis=0)) / varied.std(axis=0)
     nodes = _spread_out(places, count)
     curves = [curve_of(*keys[k]) for k in nodes]
-    known = [curve for curve in curves if curve is not None]
-    if len(known) < count:
+    made_curves = [curve for curve in curves if curve is not None]
+    if len(made_curves) < count:
         yield None
         return
-    reach = known[0].reach
-    volts = np.array([curve.voltage(np.linspace(0.0, reach, PLACES)) for curve in known])
+    reach = made_curves[0].reach
+    volts = np.array([curve.voltage(np.linspace(0.0, reach, PLACES)) for curve in made_curves])
     always = np.isfinite(volts).all(axis=0)
     alike = (
-        np.ptp([curve.reach for curve in known]) <= 1e-9 * reach and (always == np.isfinite(volts).any(axis=0)).all()
+        np.ptp([curve.reach for curve in made_curves]) <= 1e-9 * reach
+        and (always == np.isfinite(volts).any(axis=0)).all()
     )
     features = np.column_stack([np.ones(len(keys)), places])
     weights = features @ np.linalg.pinv(features[nodes])
-    found = np.full((len(keys), PLACES), np.inf)
-    found[:, always] = weights @ volts[:, always]
-    off = volts[:, always] - found[nodes][:, always]
+    voltages = np.full((len(keys), PLACES), np.inf)
+    voltages[:, always] = weights @ volts[:, always]
+    off = volts[:, always] - voltages[nodes][:, always]
     off /= (1.0 - np.diag(weights[nodes]))[:, None] * volts[:, always]
     error = float(np.sqrt(np.mean(off**2))) if always.any() else 0.0
     if not alike or not error <= LARGEST_ERROR:
         yield None
         return
-    numbers = {"film_error": max(curve.error for curve in known), "reach_squared": reach**2}
-    own = [k for k in range(len(keys)) if k not in nodes and keys[k] not in curves_between]
-    curves_between.update((keys[k], InterpolatedCurve(numbers, found[k])) for k in own)
+    numbers = {"film_error": max(curve.error for curve in made_curves), "reach_squared": reach**2}
+    added = [k for k in range(len(keys)) if k not in nodes and keys[k] not in curves_between]
+    curves_between.update((keys[k], InterpolatedCurve(numbers, voltages[k])) for k in added)
     try:
         yield Interpolation(len(keys), count, error)
     finally:
-        for k in own:
+        for k in added:
             curves_between.pop(keys[k], None)
 
 
 def _keys_of(members: Members) -> list[CurveKey]:
     """The keys of the different films of members, as `membrane_pull_in` and `over_pull_in` use them."""
-    film, own = members.system.film, members.values
+    film, values = members.system.film, members.values
     wrinkling = isinstance(film, WrinklingCone) and film.pull_in == "first"
-    taut = type(film) is TautCone and "radius_ratio" in own
+    taut = type(film) is TautCone and "radius_ratio" in values
     if not isinstance(film, TautCone) or not (wrinkling or taut) or len(members.system.films) > 1:
         return []
-    return curve_keys(film, own, own.get("radius_ratio", DEFAULT_RADIUS_RATIO))[0]
+    return curve_keys(film, values, values.get("radius_ratio", DEFAULT_RADIUS_RATIO))[0]
 
 
 def _spread_out(places: Array, count: int) -> Sequence[int]:

@@ -79,13 +79,22 @@ class MembraneFilm(BranchedFilm):
     def numbers(self, parameters: Numbers) -> dict[str, Any]:
         """The numbers of the gel, of the fits of force and charge, and the switches."""
         law = self.law.numbers(parameters)
-        own = self._ring.numbers(parameters)
-        table = numbers_of(self.law, law, parameters["radius_ratio"], own["A"], own["B"])
+        ring_numbers = self._ring.numbers(parameters)
+        table = numbers_of(self.law, law, parameters["radius_ratio"], ring_numbers["A"], ring_numbers["B"])
         ratio = {"radius_ratio": parameters["radius_ratio"]}
-        charges = membrane_charge.numbers_of(self._area_of, own | ratio, table, self.law)
-        even = np.where((own["A"] >= own["B"]) | (own["B"] <= 1.0), 1.0, 0.0)  # as `Gel.has_rims`, of arrays
-        more = ratio | {"even_slack": even}
-        return own | table | charges | dict.fromkeys(self.switch_names, 1.0) | more | self.viscous.numbers(parameters)
+        charges = membrane_charge.numbers_of(self._area_of, ring_numbers | ratio, table, self.law)
+        even = np.where(
+            (ring_numbers["A"] >= ring_numbers["B"]) | (ring_numbers["B"] <= 1.0), 1.0, 0.0
+        )  # as `Gel.has_rims`, of arrays
+        geometry = ratio | {"even_slack": even}
+        return (
+            ring_numbers
+            | table
+            | charges
+            | dict.fromkeys(self.switch_names, 1.0)
+            | geometry
+            | self.viscous.numbers(parameters)
+        )
 
     @property
     def switch_names(self) -> tuple[str, ...]:
@@ -137,8 +146,8 @@ class MembraneFilm(BranchedFilm):
             force, slope = self.creeping.force(x, squared, y, n, xp)
         else:
             s = x * x
-            own, pulls = self.relaxed_pull(s, squared, n, xp)
-            force, slope = x * (pulls * own.k), pulls * (own.k + 2.0 * s * own.by_s)
+            film_pull, pulls = self.relaxed_pull(s, squared, n, xp)
+            force, slope = x * (pulls * film_pull.k), pulls * (film_pull.k + 2.0 * s * film_pull.by_s)
         if traced(xp):
             return force, slope
         gone = self._gone(self._place(x, squared, y, n), squared, n)
@@ -151,8 +160,8 @@ class MembraneFilm(BranchedFilm):
             none = 0.0 * s
             slack = formulas.Pull(none, none, none, none, none, none, none, none)
             return (slack if known(pulls) == 0.0 else self._pull(s, squared, n)), pulls
-        own, slack = self._at(s, squared, n)
-        return own._replace(k=np.where(slack, 0.0, own.k), by_s=np.where(slack, 0.0, own.by_s)), 1.0
+        film_pull, slack = self._at(s, squared, n)
+        return film_pull._replace(k=np.where(slack, 0.0, film_pull.k), by_s=np.where(slack, 0.0, film_pull.by_s)), 1.0
 
     def _pull(self, s: Any, squared: Any, n: Numbers) -> formulas.Pull:
         """The pull in a program, chosen by switches."""
@@ -164,9 +173,9 @@ class MembraneFilm(BranchedFilm):
         s, squared = np.broadcast_arrays(np.asarray(s, dtype=float), np.asarray(squared, dtype=float))
         with np.errstate(all="ignore"):
             near = s < n["cut_squared"]
-            own = _of_pieces(near, partial(formula, s=s, V=squared, n=n))
-            slack = near & (own.base <= 0.0) | (s < n["begin_squared"])
-        return own, slack
+            values = _of_pieces(near, partial(formula, s=s, V=squared, n=n))
+            slack = near & (values.base <= 0.0) | (s < n["begin_squared"])
+        return values, slack
 
     def _gone(self, s: Any, squared: Any, n: Numbers) -> Any:
         """Mask of where the film has pulled in."""
@@ -221,18 +230,18 @@ class MembraneFilm(BranchedFilm):
 
     def switches(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> dict[str, Any]:
         s = self._place(x, squared, y, n)
-        own, slack = self._at(s, squared, n, formulas.spot)
+        spot, slack = self._at(s, squared, n, formulas.spot)
 
         def sign(positive: Any) -> Any:
             return np.where(positive, 1.0, -1.0)
 
-        found = {
+        switches = {
             "pulls": sign(~slack),
             "near": sign(s < n["cut_squared"]),
-            "rim_taut": sign(own.rim <= 0.0),
-            "any_taut": sign(own.whole <= 0.0),
+            "rim_taut": sign(spot.rim <= 0.0),
+            "any_taut": sign(spot.whole <= 0.0),
         }
-        return found | ({"in_tension": sign(s <= np.square(x))} if self.branches else {})
+        return switches | ({"in_tension": sign(s <= np.square(x))} if self.branches else {})
 
     def times_of_kinds(self, switches: Sequence[str], dwell: Array) -> Array:
         place = np.arange(dwell.shape[1])
@@ -271,26 +280,26 @@ class MembraneFilm(BranchedFilm):
 
     def limit_share(self, x: Any, voltage: Any, y: list[Any], n: Numbers, state: FilmState | None = None) -> Any:
         """The larger of two shares: of the stretch limit, of the innermost ring; and of the largest squared height."""
-        own = self.state(x, voltage, y, n) if state is None else state
+        film_state = self.state(x, voltage, y, n) if state is None else state
         height = self._place(np.asarray(x, dtype=float), np.square(voltage), y, n) / n["reach_squared"]
-        found = np.fmax(height, own.limit_share)
+        share = np.fmax(height, film_state.limit_share)
         if not (self.branches and y):
-            return found
+            return share
         lengths = self.branch_lengths(np.asarray(x), np.square(voltage), y, n)
-        return np.fmax(found, self.viscous.limit_share(*lengths, y, n))
+        return np.fmax(share, self.viscous.limit_share(*lengths, y, n))
 
     def highest_squared(self, x: Any, n: Numbers) -> Any:
         """The V at which the film localises at x; below the cut, at which a slack film pulls in."""
         with np.errstate(invalid="ignore"):  # the curve of localisation begins at a height
-            found = self._highest(np.square(np.asarray(x, dtype=float)), n)
-        return np.where(found >= NEVER, np.inf, found)[()]
+            highest = self._highest(np.square(np.asarray(x, dtype=float)), n)
+        return np.where(highest >= NEVER, np.inf, highest)[()]
 
     # --- statics -----------------------------------------------------------------------------------------------------
 
     def voltage_gain(self, x: Any, squared: Any, n: Numbers) -> Any:
-        own, slack = self._at(np.square(x), squared, n)
+        film_pull, slack = self._at(np.square(x), squared, n)
         gone = self._gone(np.square(x), squared, n)
-        return (x * np.where(gone, np.nan, np.where(slack, 0.0, -own.by_v)))[()]
+        return (x * np.where(gone, np.nan, np.where(slack, 0.0, -film_pull.by_v)))[()]
 
     def balancing(self, x: Any, pull: Any, n: Numbers) -> Any:
         """Solve k(x^2, V) = ``pull`` for V, by Newton's method within a bracket; k falls as V rises.
@@ -299,7 +308,7 @@ class MembraneFilm(BranchedFilm):
         reached, and the result stays monotone.
         """
         s, pull = np.broadcast_arrays(np.square(np.asarray(x, dtype=float)), np.asarray(pull, dtype=float))
-        wanted = np.maximum(pull, 0.0)
+        target = np.maximum(pull, 0.0)
         near = s < n["cut_squared"]
         with np.errstate(all="ignore"):
             slackening = s * 0.0 + formulas.tension(s, 0.0, n)
@@ -309,34 +318,34 @@ class MembraneFilm(BranchedFilm):
             held = cache(lambda piece: formulas.Held.at(piece, s, n))
 
             def weight(V: Any) -> tuple[Any, Any]:
-                own, slack = self._at(s, V, n, lambda piece, s, V, n: held(piece).pull(V))
-                return np.where(slack, 0.0, own.k), own.by_v
+                film_pull, slack = self._at(s, V, n, lambda piece, s, V, n: held(piece).pull(V))
+                return np.where(slack, 0.0, film_pull.k), film_pull.by_v
 
             weakest, strongest = weight(end)[0], weight(low)[0]
-            too_weak, too_strong = weakest > wanted, wanted > strongest
+            too_weak, too_strong = weakest > target, target > strongest
             high, V = np.array(end), 0.5 * (low + end)
             moves = ~(too_weak | too_strong)
             for _ in range(ROUNDS):
                 if not moves.any():
                     break
-                own, slope = weight(V)
-                above = own > wanted
+                strength, slope = weight(V)
+                above = strength > target
                 low, high = np.where(above, V, low), np.where(above, high, V)
-                step = V - (own - wanted) / slope
+                step = V - (strength - target) / slope
                 step = np.where((step >= low) & (step <= high), step, 0.5 * (low + high))
                 V, moves = np.where(moves, step, V), moves & (np.abs(step - V) > RESOLVED * V)
-            found = np.where(too_weak, end + STEEP * (weakest - wanted), V)
-            found = np.where(too_strong, strongest - wanted, found)
-        return (found - STEEP * np.minimum(pull, 0.0))[()]
+            squared = np.where(too_weak, end + STEEP * (weakest - target), V)
+            squared = np.where(too_strong, strongest - target, squared)
+        return (squared - STEEP * np.minimum(pull, 0.0))[()]
 
     # --- energies ----------------------------------------------------------------------------------------------------
 
     def work(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> Any:
         """Energy of film and field less the charge times the voltage, plus V/2, so that it is 0 if no ring moves."""
-        own = self._energy_and_area(self._place(np.asarray(x), squared, y, n), squared, n)[0] + 0.5 * squared
+        energy = self._energy_and_area(self._place(np.asarray(x), squared, y, n), squared, n)[0] + 0.5 * squared
         if not (self.branches and y):
-            return own
-        return own + self.viscous.energy(*self.branch_lengths(np.asarray(x), squared, y, n), y, n)
+            return energy
+        return energy + self.viscous.energy(*self.branch_lengths(np.asarray(x), squared, y, n), y, n)
 
     def capacitance(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
         """Mean square of the deformed over the mounted area; in a program from the fit of `membrane_charge`."""
@@ -349,24 +358,26 @@ class MembraneFilm(BranchedFilm):
         shares = {"near": near, "far": 1.0 - near}
         parts = {piece: share for piece, share in shares.items() if known(share) != 0.0}
         spots = {piece: formulas.spot(piece, s, squared, n) for piece in parts}
-        own = [share * membrane_charge.capacitance(piece, s, spots[piece], n, behind) for piece, share in parts.items()]
-        found = sum(own[1:], own[0])
+        areas = [
+            share * membrane_charge.capacitance(piece, s, spots[piece], n, behind) for piece, share in parts.items()
+        ]
+        area = sum(areas[1:], areas[0])
         if known(pulls) == 1.0:
-            return found
-        return pulls * found + (1.0 - pulls) * membrane_slack.traced_area(self.law, squared, pulls, n, xp)
+            return area
+        return pulls * area + (1.0 - pulls) * membrane_slack.traced_area(self.law, squared, pulls, n, xp)
 
     def fitted_capacitance(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> Any:
         """The `capacitance` that programs have, of arrays, which is faster by far; NaN where the film has pulled in."""
         x, squared = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(squared, dtype=float))
         s = self._place(x, squared, y, n)
-        own, slack = self._at(s, squared, n, formulas.spot)
-        behind = np.where(own.rim > 0.0, 1.0, 0.0), np.where(own.whole > 0.0, 1.0, 0.0)
+        spot, slack = self._at(s, squared, n, formulas.spot)
+        behind = np.where(spot.rim > 0.0, 1.0, 0.0), np.where(spot.whole > 0.0, 1.0, 0.0)
         with np.errstate(all="ignore"):
-            charge = partial(membrane_charge.capacitance, s=s, own=own, n=n, behind=behind)
-            found = _of_pieces(s < n["cut_squared"], charge)
+            charge = partial(membrane_charge.capacitance, s=s, own=spot, n=n, behind=behind)
+            area = _of_pieces(s < n["cut_squared"], charge)
             if slack.any():
-                found = np.where(slack, membrane_slack.area(self.law, squared, n), found)
-        return np.where(self._gone(s, squared, n), np.nan, found)[()]
+                area = np.where(slack, membrane_slack.area(self.law, squared, n), area)
+        return np.where(self._gone(s, squared, n), np.nan, area)[()]
 
     def _energy_and_area(self, s: Any, squared: Any, n: Numbers) -> tuple[Any, Any]:
         """Energy and capacitance, of arrays; NaN where the film has pulled in."""
@@ -388,48 +399,48 @@ class MembraneFilm(BranchedFilm):
         rings; NaN where the film has pulled in."""
         s = self._place(np.asarray(x, dtype=float), np.square(voltage), y, n)
         s, squared = np.broadcast_arrays(s, np.square(voltage))
-        own, slack = self._at(s, squared, n, formulas.spot)
+        spot, slack = self._at(s, squared, n, formulas.spot)
         gone = self._gone(s, squared, n)
         with np.errstate(all="ignore"):
-            disc, largest = _of_pieces(s < n["cut_squared"], partial(formulas.ends, u=own.u, q=own.q, n=n))
+            disc, largest = _of_pieces(s < n["cut_squared"], partial(formulas.ends, u=spot.u, q=spot.q, n=n))
             t = membrane_slack.natural_stretch(self.law, squared, n) if slack.any() else 1.0
             held = Gel(self.law, n, n["A"], n["B"]).width(np.sqrt(disc), np.ones_like(s), squared)
             m, width = np.where(slack, t / n["A"], disc), np.where(slack, t / n["B"], held)
             state = self._ring.state_of_lengths(m, width, np.broadcast_to(voltage, s.shape), n)
             field = np.where(slack, state.true_field, np.abs(voltage) * np.sqrt(np.maximum(largest, 1.0)))
-            some = np.where(own.rim <= 0.0, 0, np.where(own.whole <= 0.0, 1, 2))
-            kind = np.where(slack, 3, some)
+            taut_kind = np.where(spot.rim <= 0.0, 0, np.where(spot.whole <= 0.0, 1, 2))
+            kind = np.where(slack, 3, taut_kind)
         if self.branches and y:
             along, across = self.viscous.stresses(*self.branch_lengths(np.asarray(x), squared, y, n), y, n)
             stresses = state.meridional_stress + along, state.hoop_stress + across
             state = without_push(state._replace(meridional_stress=stresses[0], hoop_stress=stresses[1]))
-            kind = np.where(s > np.square(x), 3, np.where(slack, 2, some))
-        found = FilmState(*(np.where(gone, np.nan, values)[()] for values in state._replace(true_field=field)))
-        return found._replace(kind=np.where(gone, -1, kind))
+            kind = np.where(s > np.square(x), 3, np.where(slack, 2, taut_kind))
+        film_state = FilmState(*(np.where(gone, np.nan, values)[()] for values in state._replace(true_field=field)))
+        return film_state._replace(kind=np.where(gone, -1, kind))
 
     def traced_state(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> TracedState | None:
         """Stresses next to the disc, where a slack hoop takes its natural width, and the largest field of all rings."""
         s, pulls, near = self._place(x, squared, y, n, xp), 0.5 + 0.5 * n["pulls"], 0.5 + 0.5 * n["near"]
         share, disc, largest = s / n["reach_squared"], 1.0, 1.0
         if known(pulls) != 0.0:
-            for piece, part in {"near": near, "far": 1.0 - near}.items():
-                if known(part) != 0.0:
-                    own = formulas.spot(piece, s, squared, n)
-                    found = formulas.ends(piece, own.u, own.q, n)
-                    disc, largest = disc + part * (found.disc - 1.0), largest + part * (found.field - 1.0)
+            for piece, weight in {"near": near, "far": 1.0 - near}.items():
+                if known(weight) != 0.0:
+                    taut = formulas.spot(piece, s, squared, n)
+                    ends = formulas.ends(piece, taut.u, taut.q, n)
+                    disc, largest = disc + weight * (ends.disc - 1.0), largest + weight * (ends.field - 1.0)
         if known(pulls) is None:  # the formulas of a film in tension may give a slack one a negative length
             disc = pulls * disc + (1.0 - pulls)
         width = self._traced_width(disc, squared, pulls, n, xp) if known(pulls) != 0.0 else 1.0
         if known(pulls) != 1.0:
             t = membrane_slack.traced_stretch(self.law, squared, 1.0 - pulls, n, xp)
-            disc, width = (pulls * own + (1.0 - pulls) * (t / n[name]) for own, name in ((disc, "A"), (width, "B")))
+            disc, width = (pulls * taut + (1.0 - pulls) * (t / n[name]) for taut, name in ((disc, "A"), (width, "B")))
             largest = pulls * largest + (1.0 - pulls) * (disc * width)
-        more: tuple[Any, Any] = (0.0, 0.0)
+        branch_stress: tuple[Any, Any] = (0.0, 0.0)
         if self.branches and y:
             lengths = mean_length(s, n)[0], 1.0
-            more = self.viscous.stresses(*lengths, y, n)
+            branch_stress = self.viscous.stresses(*lengths, y, n)
             share = xp.maximum(share, self.viscous.limit_share(*lengths, y, n, xp))
-        ring = without_push(self.traced_ring(disc, width, squared, n, xp, more), xp)
+        ring = without_push(self.traced_ring(disc, width, squared, n, xp, branch_stress), xp)
         field = squared * xp.maximum(largest, 1.0) if known(pulls) != 0.0 else ring.field_squared
         return ring._replace(field_squared=field, limit_share=xp.maximum(share, ring.limit_share))
 
@@ -448,9 +459,9 @@ class MembraneFilm(BranchedFilm):
         return xp.maximum(root(xp, name, residual, (m, squared), first), 1.0)
 
     def describe(self) -> str:
-        own = "membrane film: wrinkles where it would be compressed, and localises first at its innermost ring"
+        words = "membrane film: wrinkles where it would be compressed, and localises first at its innermost ring"
         reduced = " on one mean length of the film; it pulls in where the relaxed film does, early for a short time"
-        return own + self.viscous.words + (reduced if self.branches else "")
+        return words + self.viscous.words + (reduced if self.branches else "")
 
 
 def _of_pieces(near: Any, formula: Callable[[str], Any]) -> Any:

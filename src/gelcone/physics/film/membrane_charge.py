@@ -117,13 +117,13 @@ def _fitted(piece: str, area: Area, n: Numbers) -> Array:
         return np.zeros(sum(one * other for one, other in zip(rows[::2], rows[1::2], strict=True)))
     s, V, weight = _places(piece, n)
     own = formulas.pull(piece, s, V, n)
-    known = area(s, V) / (1.0 + s)
-    there = np.isfinite(known)
-    weight = weight / (np.abs(known - 1.0 / (1.0 + s)) + FLOOR)
+    ratios = area(s, V) / (1.0 + s)
+    finite = np.isfinite(ratios)
+    weight = weight / (np.abs(ratios - 1.0 / (1.0 + s)) + FLOOR)
     parts = []
     for part, factor in (("main", 1.0), ("rim", np.maximum(own.rim, 0.0)), ("whole", np.maximum(own.whole, 0.0))):
         parts.append(products(own.u, own.q, PARTS[part]) * np.square(factor + 0.0 * s)[:, None])
-    values = solved(np.hstack(parts)[there], known[there], weight[there], SMALLEST)
+    values = solved(np.hstack(parts)[finite], ratios[finite], weight[finite], SMALLEST)
     split = np.split(values, np.cumsum([part.shape[1] for part in parts])[:-1])
     shaped = (own.reshape([d + 1 for d in PARTS[part]]) for part, own in zip(PARTS, split, strict=True))
     return np.concatenate([chebyshev_to_powers(own).ravel() for own in shaped])
@@ -150,13 +150,13 @@ def _ends(piece: str, u: Array, n: Numbers) -> tuple[Array, Array]:
 def _error(law: StrainEnergyLaw, n: Numbers) -> float:
     """The stated relative error of the capacitance of a film with all its numbers; NaN for a film without a piece."""
     film, errors = Elements(Gel(law, n, n["A"], n["B"]), n["radius_ratio"]), []
-    for piece in (one for one in formulas.PIECES if abs(n[f"{one}_scale"]) > 0.0):
+    for piece in (name for name in formulas.PIECES if abs(n[f"{name}_scale"]) > 0.0):
         s, end = _ends(piece, np.linspace(-1.0, 1.0, CHECKED_HEIGHTS + 2)[1:-1], n)
         V = (end[:, None] * np.square(CHECKED_SHARES)).ravel()
         s = np.repeat(s, len(CHECKED_SHARES))
         with np.errstate(all="ignore"):
-            states, own = held(film, np.sqrt(s), V), formulas.spot(piece, s, V, n)
-            behind = np.where(own.rim > 0.0, 1.0, 0.0), np.where(own.whole > 0.0, 1.0, 0.0)
-            off = capacitance(piece, s, own, n, behind) / film.measures(states).area - 1.0
+            states, spot = held(film, np.sqrt(s), V), formulas.spot(piece, s, V, n)
+            behind = np.where(spot.rim > 0.0, 1.0, 0.0), np.where(spot.whole > 0.0, 1.0, 0.0)
+            off = capacitance(piece, s, spot, n, behind) / film.measures(states).area - 1.0
         errors.append(np.abs(off[states.found]))
     return ELEMENT_ERROR + MARGIN * float(np.concatenate(errors).max(initial=0.0)) if errors else np.nan

@@ -55,7 +55,7 @@ def _parts(s: Any, V: Any, n: Numbers) -> list[tuple[str, Any, Any]]:
     """Piece and ends of the ranges of s, from where the film begins to pull up to ``s``, in which the force is
     smooth."""
     begin = _begin(V, n)
-    found = []
+    ranges = []
     for piece in formulas.PIECES:
         if piece == "near":
             low, high = np.minimum(begin, s), np.minimum(s, np.maximum(n["cut_squared"], begin))
@@ -63,8 +63,8 @@ def _parts(s: Any, V: Any, n: Numbers) -> list[tuple[str, Any, Any]]:
             low, high = np.minimum(np.maximum(begin, n["cut_squared"]), s), s
         at = [_kink(piece, which, low, high, V, n) for which in ("rim", "whole")]
         places = [low, np.minimum(*at), np.maximum(*at), high]
-        found += [(piece, one, other) for one, other in pairwise(places)]
-    return found
+        ranges += [(piece, start, stop) for start, stop in pairwise(places)]
+    return ranges
 
 
 def _begin(V: Any, n: Numbers) -> Any:

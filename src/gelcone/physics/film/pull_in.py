@@ -106,7 +106,7 @@ def curve_keys(
     law = film.law.numbers(values)
     columns = np.broadcast_arrays(*map(np.square, film.stretches(values)), ratio, *law.values())
     rows, which = np.unique(np.stack(columns, axis=1), axis=0, return_inverse=True)
-    keys = [(film.law, tuple(zip(law, own, strict=True)), A, B, a_b) for A, B, a_b, *own in rows.tolist()]
+    keys = [(film.law, tuple(zip(law, law_values, strict=True)), A, B, a_b) for A, B, a_b, *law_values in rows.tolist()]
     return keys, which.ravel()
 
 
@@ -127,10 +127,10 @@ def _made(
     law: StrainEnergyLaw, law_numbers: tuple[tuple[str, float], ...], A: float, B: float, ratio: float
 ) -> PullInCurve | None:
     try:
-        found = numbers_of(law, dict(law_numbers), ratio, A, B)
+        numbers = numbers_of(law, dict(law_numbers), ratio, A, B)
     except InputError:
         return None
-    return PullInCurve({name: float(value) for name, value in found.items()})
+    return PullInCurve({name: float(value) for name, value in numbers.items()})
 
 
 def over_pull_in(placed: PlacedFilm, values: Mapping[str, Array], x: Array, voltage: Array) -> Array | None:
@@ -158,11 +158,11 @@ def curves_of_members(
     """Masks of members, by their ``values``, and the curve of the membrane that their cone stands for; members without
     a curve are left out. None for other films, without a ``radius_ratio``, and where `known_curves` skips a curve.
     """
-    film, own = placed.film, placed.own(values)
-    if not isinstance(film, TautCone) or not is_cone(placed) or "radius_ratio" not in own:
+    film, film_values = placed.film, placed.own(values)
+    if not isinstance(film, TautCone) or not is_cone(placed) or "radius_ratio" not in film_values:
         return None
-    keys, which = curve_keys(film, own, own["radius_ratio"])
-    found, missing = [], getattr(_thread, "missing", None)
+    keys, which = curve_keys(film, film_values, film_values["radius_ratio"])
+    curves, missing = [], getattr(_thread, "missing", None)
     for k, key in enumerate(keys):
         possible = 0.0 < key[-1] < 1.0
         if missing is not None and key not in _curves and key not in curves_between and possible:
@@ -170,5 +170,5 @@ def curves_of_members(
             return None
         curve = curve_of(*key) if possible else None
         if curve is not None:
-            found.append((which == k, curve))
-    return found
+            curves.append((which == k, curve))
+    return curves

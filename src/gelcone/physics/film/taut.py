@@ -126,8 +126,8 @@ class TautCone(BranchedFilm):
 
     def work(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> Any:
         """W - V x^2/2, plus the energy of the branches."""
-        own = self.law.energy(self.cone_strain(x, n), n) - 0.5 * squared * x * x
-        return own + self.viscous.energy(1.0 + x * x, 1.0, y, n) if self.branches and y else own
+        energy = self.law.energy(self.cone_strain(x, n), n) - 0.5 * squared * x * x
+        return energy + self.viscous.energy(1.0 + x * x, 1.0, y, n) if self.branches and y else energy
 
     def capacitance(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
         """q."""
@@ -137,17 +137,19 @@ class TautCone(BranchedFilm):
         return "taut film: a homogeneous cone that bears compression" + self.viscous.words
 
     def limit_share(self, x: Any, voltage: Any, y: list[Any], n: Numbers, state: FilmState | None = None) -> Any:
-        own = super().limit_share(x, voltage, y, n)
-        return np.maximum(own, self.viscous.limit_share(1.0 + np.square(x), 1.0, y, n)) if self.branches and y else own
+        share = super().limit_share(x, voltage, y, n)
+        return (
+            np.maximum(share, self.viscous.limit_share(1.0 + np.square(x), 1.0, y, n)) if self.branches and y else share
+        )
 
     def traced_state(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> TracedState | None:
         q = 1.0 + x * x
-        found = self.traced_ring(q, 1.0, squared, n, xp, self.viscous.stresses(q, 1.0, y, n))
+        ring = self.traced_ring(q, 1.0, squared, n, xp, self.viscous.stresses(q, 1.0, y, n))
         if not self.branches:
-            return found
-        return found._replace(limit_share=xp.maximum(found.limit_share, self.viscous.limit_share(q, 1.0, y, n, xp)))
+            return ring
+        return ring._replace(limit_share=xp.maximum(ring.limit_share, self.viscous.limit_share(q, 1.0, y, n, xp)))
 
     def state(self, x: Any, voltage: Any, y: list[Any], n: Numbers) -> FilmState:
         q, width = 1.0 + np.square(x), 1.0 + 0.0 * x
-        own = self.viscous.stresses(q, width, y, n) if self.branches and y else (0.0, 0.0)
-        return self.ring_state(q, width, voltage, n, own)
+        branch_stress = self.viscous.stresses(q, width, y, n) if self.branches and y else (0.0, 0.0)
+        return self.ring_state(q, width, voltage, n, branch_stress)

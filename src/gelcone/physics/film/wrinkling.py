@@ -121,27 +121,27 @@ class WrinklingCone(TautCone):
         pulling in; ``edge``, the A x^2 at which A q = B, negative if there is none; ``shortest``, the x^2 below which a
         film is so short that evenly compressed it would be beyond its stretch limit, negative if there is none; and the
         switches."""
-        own = super().numbers(parameters)
-        A, B, G = np.broadcast_arrays(own["A"], own["B"], own["G"])
-        law = {name: own[name] for name in own.keys() - {"A", "B", "G"}}
+        numbers = super().numbers(parameters)
+        A, B, G = np.broadcast_arrays(numbers["A"], numbers["B"], numbers["G"])
+        law = {name: numbers[name] for name in numbers.keys() - {"A", "B", "G"}}
         hump, valley = turnings(self.law, law)
         with np.errstate(all="ignore"):
             turning = np.maximum(hump, B)
             limit = np.where(np.isinf(hump) | (valley <= B), NEVER, crumpling(self.law, turning, law) / G)
             crumpled = crumpling(self.law, B, law) / G
-        one = np.ones(np.broadcast_shapes(A.shape, hump.shape))
-        own |= {
+        ones = np.ones(np.broadcast_shapes(A.shape, hump.shape))
+        numbers |= {
             "limit_squared": limit,
-            "crumpling_squared": np.where(B > 1.0, crumpled, -1.0) * one,
+            "crumpling_squared": np.where(B > 1.0, crumpled, -1.0) * ones,
             "end_of_slack": np.minimum(turning, NEVER),
-            "hump": np.minimum(hump, NEVER) * one,
-            "valley": np.minimum(valley, NEVER) * one,
+            "hump": np.minimum(hump, NEVER) * ones,
+            "valley": np.minimum(valley, NEVER) * ones,
             "edge": np.where(B > A, B - A, -1.0),
-            "shortest": self._shortest(A, B, G, law) * one,
+            "shortest": self._shortest(A, B, G, law) * ones,
         }
         switches = (*SWITCHES, *(("meridian_held",) if self.branches else ()))
-        after = self._numbers_after(G, valley, law, one) if self.elastic.continues else {}
-        return own | dict.fromkeys(switches, one) | after
+        after = self._numbers_after(G, valley, law, ones) if self.elastic.continues else {}
+        return numbers | dict.fromkeys(switches, ones) | after
 
     def _numbers_after(self, G: Any, valley: Any, law: Numbers, one: Any) -> dict[str, Any]:
         """``valley_squared``, the V at the valley, and a switch."""
@@ -182,10 +182,10 @@ class WrinklingCone(TautCone):
         return self.elastic.switches(x, squared, n)
 
     def times_of_kinds(self, switches: Sequence[str], dwell: Array) -> Array:
-        place = np.arange(dwell.shape[1])
-        negative = {name: (place >> k) & 1 == 1 for k, name in enumerate(switches)}
-        own = self.creeping.combinations(negative) if self.branches else self.elastic.combinations(negative)
-        return np.stack([dwell[:, which].sum(axis=1) for which in own], axis=1)
+        index = np.arange(dwell.shape[1])
+        negative = {name: (index >> k) & 1 == 1 for k, name in enumerate(switches)}
+        combinations = self.creeping.combinations(negative) if self.branches else self.elastic.combinations(negative)
+        return np.stack([dwell[:, which].sum(axis=1) for which in combinations], axis=1)
 
     def pull_in_kind(self, switches: Numbers) -> Any:
         pulls = switches["meridian_held" if self.branches else "pulls"] > 0.0
@@ -214,8 +214,8 @@ class WrinklingCone(TautCone):
         """W - V (m n - 1)/2, plus the energy of the branches."""
         m, width = self._lengths_at(x, squared, y, n)
         strain = n["A"] * m + n["B"] * width + n["G"] / (m * width) - 3.0
-        own = self.law.energy(strain, n) - 0.5 * squared * (m * width - 1.0)
-        return own + self.viscous.energy(m, width, y, n) if self.branches and y else own
+        energy = self.law.energy(strain, n) - 0.5 * squared * (m * width - 1.0)
+        return energy + self.viscous.energy(m, width, y, n) if self.branches and y else energy
 
     def _lengths_at(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> tuple[Any, Any]:
         """`lengths` at the states of the branches."""
@@ -230,8 +230,8 @@ class WrinklingCone(TautCone):
         if not (self.branches and y):
             return super().limit_share(x, voltage, y, n)
         m, width = self._lengths_at(x, np.square(voltage), y, n)
-        own = self.state_of_lengths(m, width, voltage, n).limit_share
-        return np.fmax(own, self.viscous.limit_share(m, width, y, n))
+        share = self.state_of_lengths(m, width, voltage, n).limit_share
+        return np.fmax(share, self.viscous.limit_share(m, width, y, n))
 
     def voltage_force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
         return Film.voltage_force(self, x, squared, y, n, xp)
@@ -244,8 +244,8 @@ class WrinklingCone(TautCone):
         in."""
         m, width = self._lengths_at(x, np.square(voltage), y, n)
         kind = np.where(np.isnan(m), len(STATES) if self.elastic.continues else -1, _place(x, m, width))
-        own = (0.0, 0.0) if not (self.branches and y) else self.viscous.stresses(m, width, y, n)
-        return self.state_of_lengths(m, width, voltage, n, own)._replace(kind=kind)
+        branch_stress = (0.0, 0.0) if not (self.branches and y) else self.viscous.stresses(m, width, y, n)
+        return self.state_of_lengths(m, width, voltage, n, branch_stress)._replace(kind=kind)
 
     def traced_state(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> TracedState | None:
         """The stresses are those at the film's lengths; its share of the limit is that without voltage."""
@@ -257,15 +257,15 @@ class WrinklingCone(TautCone):
             m, width = self.branch_lengths(x, squared, y, n, xp)
         else:
             m, width = self.elastic.traced_lengths(xx, squared, n, xp)
-        more = self.viscous.stresses(m, width, y, n) if creeps else (0.0, 0.0)
-        found = without_push(self.traced_ring(m, width, squared, n, xp, more), xp)
+        branch_stress = self.viscous.stresses(m, width, y, n) if creeps else (0.0, 0.0)
+        ring = without_push(self.traced_ring(m, width, squared, n, xp, branch_stress), xp)
         if creeps:
-            share = xp.maximum(found.limit_share, self.viscous.limit_share(m, width, y, n, xp))
+            share = xp.maximum(ring.limit_share, self.viscous.limit_share(m, width, y, n, xp))
         else:
             long = xp.maximum(1.0 + xx, 1.0 / (n["A"] * xp.sqrt(xp.maximum(n["B"], 1.0))))
             wide = xp.maximum(xp.sqrt(n["G"] / (n["B"] * long)), 1.0)
             share = self.traced_ring(long, wide, 0.0, n, xp).limit_share
-        return found._replace(limit_share=share)
+        return ring._replace(limit_share=share)
 
     def state_of_lengths(
         self, m: Any, width: Any, voltage: Any, n: Numbers, more: tuple[Any, Any] = (0.0, 0.0)
