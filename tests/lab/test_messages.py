@@ -85,6 +85,10 @@ COUPONS = {
     "stretch": (LISTED, COUPON.replace("stretch", "stretch (%)")),
     "few": (LISTED, "\n".join(COUPON.split("\n")[:3])),
     "no rate": (LISTED + 'rate = "0 1/s"', COUPON),
+    "a clock that stops": (
+        LISTED,
+        "time (s),stretch,stress (kPa)\n" + "\n".join(f"{k % 5},1.{k},{k}" for k in range(8)),
+    ),
     "no time": (LISTED + 'kind = "creep"', COUPON),
     "another list": ('title = "x"\n' + LISTED, COUPON),
 }
@@ -218,6 +222,8 @@ coupon: few ->
     a.csv, line 2: test 'a' has 2 rows; give at least 4
 coupon: no rate ->
     tests.toml, test 1: rate = '0': must be greater than 0; give a larger one, such as 1.2
+coupon: a clock that stops ->
+    a.csv, line 7: the time does not increase; one test a file, or give ids
 coupon: no time ->
     a.csv: has neither time nor rate; add rate = "0.1 1/s" in tests.toml
 coupon: another list ->

@@ -166,3 +166,12 @@ def test_a_threshold_next_to_an_open_value_is_not_narrowed_by_that_of_another_ch
     study = diagram("voltage", VALUES, [0, 0, 0, 1, 1], kinds=kinds, thresholds=[("from 1,0", 3.4, 3.5)])
     number = first_chaos(study, "voltage")
     assert (number.low, number.high) == (low, high)
+
+
+def test_the_sign_of_the_largest_exponent_has_its_own_error():
+    """Not that of the second one."""
+    study = cells({"voltage": [1.0, 2.0]}, [True, True], exponent=[0.1, -0.1], error=0.01)
+    study["standard_error"][:, 1] = 9.0
+    assert positive(study).tolist() == [1.0, 0.0]
+    study["standard_error"][:] = [[9.0, 0.01]] * 2
+    np.testing.assert_equal(positive(study), [np.nan, np.nan])

@@ -143,6 +143,12 @@ def test_negative_exponents_from_the_papers_start_and_others_are_reproduced():
     assert verdict("limit-tiny-negative", beyond=study) is Verdict.REPRODUCED
 
 
+def test_fixed_step_runs_at_limits_that_the_start_allows_are_no_artefact():
+    """Negative at these alone, which are most of the small limits."""
+    study = xr.concat([beyond(fixed=(-1.0, 1.0, -1.0, -1.0), strain=0.15)] * 9, "limit")
+    assert found("limit-tiny-negative", beyond=study).holds_fixed_step is False
+
+
 def test_numbers_at_the_smallest_limit():
     finding = found("limit-tiny-negative", beyond=beyond(inside=(-0.1, 0.2, 0.1, -0.1)))
     assert finding.numbers[0].value == 0.5
