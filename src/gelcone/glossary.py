@@ -33,7 +33,8 @@ GLOSSARY: dict[str, str] = {
     "where it falls to zero.",
     "fold": "A value of a parameter at which a stable and an unstable state meet and vanish; a jump follows.",
     "forcing period": "Period of the force on the disc, which follows the squared voltage: half the period of the "
-    "voltage where there is no offset.",
+    "voltage where there is no offset and no circuit that limits or delays the voltage; with one, periods are those of "
+    "the voltage.",
     "held at its peak": "Of a drive of two films in opposite phase: their voltages at its peak, raised slowly, bias "
     "and amplitude in proportion; constant voltages in statics keep the device's bias.",
     "height": "The displacement of the disc in units of length; 0 is flat.",

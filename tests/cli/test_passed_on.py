@@ -372,7 +372,7 @@ def test_an_answer_is_written_and_printed_in_the_units_of_its_device(monkeypatch
     assert capsys.readouterr().out == "True subject\nwrote a.nc\nwrote a.png\n"
     answers.json = lambda own: own is shown
     assert output.deliver(answers, result.assign(outcome=("member", [0, 3])), "subject", None, False, True) == 0
-    assert capsys.readouterr().out == '{"name": "settled", "content": true}\n'
+    assert capsys.readouterr().out == '{"name": "settled", "content": true, "warnings": []}\n'
     assert len(written) == 1
 
 

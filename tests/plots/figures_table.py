@@ -128,7 +128,7 @@ TABLE = {
             [
                 "points . in the legend",
                 "cells of regime",
-                "cells of period",
+                "cells of threshold_of_one_path",
                 "filled - over voltage",
                 "ticks: up, down, from #,#",
             ],
@@ -706,7 +706,7 @@ TABLE = {
             [
                 "points . in the legend",
                 "cells of regime",
-                "cells of period",
+                "cells of threshold_of_one_path",
                 "filled - over voltage",
                 "ticks: up, down, from #,#",
             ],
