@@ -136,3 +136,19 @@ def test_the_rates_along_a_path_are_those_of_the_motion_also_where_a_switch_has_
     differences = (run.states[:, 2:] - run.states[:, :-2]) / (times[0, 2] - times[0, 0])
     off = np.abs(path.rates[0, 1:-1] - differences[0]).max(axis=1)
     assert np.quantile(off, 0.995) < 1e-5  # but where the law changes between two of them
+
+
+@pytest.mark.parametrize(("last", "duration"), [(-1.5, 0.0), (0.5, 0.5)])
+def test_where_a_motion_has_no_rate_at_its_end_a_straight_line_leads_there(last, duration):
+    """As where a film has pulled in: between the last two samples its functions are unknown. The first motion has its
+    least distance to zero before, the second passes zero there."""
+    times, states = np.arange(4.0)[None], np.zeros((1, 4, 2))
+    values = np.array([[[-2.0, -1.0, -0.5, last]]])
+    path = Path(ConeModel().members(), times, states)
+
+    def functions(members, at, z):
+        return np.full((1, *at.shape), -np.inf)
+
+    lasts, error = dwell_times(path, functions, values)
+    assert lasts[0, 0].tolist() == [0.0, 0.0, duration]
+    assert error[0, 0] == (1.0 if duration else 0.0)

@@ -83,10 +83,16 @@ def dwell_times(path: Path, functions: Values, values: Array) -> tuple[Array, Ar
         return np.asarray(every[place[0], np.arange(share.size), 0])
 
     def polynomial(place: Places) -> Array:
-        """Coefficients (points, nodes), highest first, in the share of the interval."""
+        """Coefficients (points, nodes), highest first, in the share of the interval; of a straight line where the
+        motion has no rate at an end, as where a film has pulled in."""
         every = tuple(np.tile(indices, NODES.size) for indices in place)
         sampled = at(every, np.repeat(NODES, place[0].size)).reshape(NODES.size, -1)
-        return np.asarray((INVERSE @ sampled).T)
+        begin = values[place]
+        line = np.zeros((begin.size, NODES.size))
+        line[:, -2:] = np.stack([values[place[0], place[1], place[2] + 1] - begin, begin], axis=1)
+        known = np.isfinite(sampled).all(axis=0)
+        line[known] = (INVERSE @ sampled[:, known]).T
+        return line
 
     def cross(place: Places, terms: Array, low: Array, high: Array, upwards: npt.NDArray[np.bool_]) -> Array:
         """The shares of intervals at which the functions pass zero between shares ``low`` and ``high``."""
@@ -118,6 +124,7 @@ def _add_passings(values: Array, spans: Array, found: Array, polynomial: Any, cr
         bend = before + after - 2.0 * here
         nearest = here - (after - before) ** 2 / (8.0 * bend)
         close = (here < before) & (here <= after) & (nearest < 0.1 * bend)  # of two equal minima one alone
+    close &= np.isfinite(before) & np.isfinite(after)
     same = (sign[..., :-2] == sign[..., 1:-1]) & (sign[..., 1:-1] == sign[..., 2:])
     function, rows, sample = np.nonzero(same & close)
     signs = sign[function, rows, sample + 1]
