@@ -349,7 +349,8 @@ def held_and_static(draw: Draw) -> Iterator[Difference]:
     yield "resting", 0.0 if int(settled["resting"]) else np.inf
     if "film_voltage" in static:
         on_film = float(static["film_voltage"][0, k])
-        yield f"voltage on the film {on_film}", abs(abs(float(run["drive_voltage"][-1])) - on_film) / 1e-6
+        held = run["film_voltage" if "film_voltage" in run else "drive_voltage"]
+        yield f"voltage on the film {on_film}", abs(abs(float(held[-1])) - on_film) / 1e-6
     for flag in {"hoop_slack", "meridional_slack", "breakdown", "near_limit"} & set(run):
         same = bool(run[flag][-1]) == (float(static[f"validity_{flag}"][0, k]) > 0.0)
         yield f"{flag} at rest", 0.0 if same else np.inf
