@@ -166,7 +166,8 @@ def test_both_halves_of_a_run_are_followed_between_corners():
     members = gelcone.ConeModel(**DRIVEN, waveform="triangle").members()
     times = float(members.drive_period[0]) * np.array([[0.0, 0.2, 0.5, 1.0, 1.1]])
     states = integrate(members, (0.5, 0.0), times).states
-    first, second = delivery._between_corners(members, times, states, 2)
+    ((rows, (first, second)),) = delivery._between_corners(members, times, states, 2)
+    assert rows.tolist() == [0]
     for path, begin, end in ((first, 0, 2), (second, 2, 4)):
         np.testing.assert_array_equal(path.begin, states[:, begin])
         np.testing.assert_array_equal([path.start, path.end], [times[:, begin], times[:, end]])
@@ -176,6 +177,23 @@ def test_both_halves_of_a_run_are_followed_between_corners():
     assert delivery._between_corners(smooth, times, states, 2) == []
     many = delivery.MOST_CORNERS * times
     assert delivery._between_corners(members, many, states, 2) == []
+
+
+def test_what_a_source_delivers_does_not_depend_on_the_other_members(monkeypatch):
+    """Three with some 90 corners each have more together than are followed at a time; a faster one has more than are
+    followed at all."""
+    monkeypatch.setattr(delivery, "MOST_CORNERS", 100)
+    model = gelcone.ConeModel(**DRIVEN, waveform="triangle")
+    three = model.replace(voltage=np.array([0.1, 0.15, 0.2]))
+    together, alone = (gelcone.simulate(some, (0.5, 0.0), periods=40) for some in (three, three.take([1])))
+    for name in (*NAMES, "peak_charge"):
+        assert float(together[name][1]) == pytest.approx(float(np.ravel(alone[name])[0]), rel=1e-14), name
+    faster = three.replace(drive_frequency=np.array([0.7, 0.7, 7.0])).members()
+    times = np.linspace(0.0, 1.0, 5) * 20.0 * float(three.members().drive_period[0]) * np.ones((3, 1))
+    corners = faster.system.waveform.corner_count(times[:, 0], times[:, -1], faster.own_numbers)
+    assert (corners > 100).tolist() == [False, False, True]
+    states = np.full((3, 5, 2), [0.5, 0.0])
+    assert [rows.tolist() for rows, _ in delivery._between_corners(faster, times, states, 2)] == [[0, 1]]
 
 
 def test_a_peak_between_the_samples_of_either_half_counts(monkeypatch):

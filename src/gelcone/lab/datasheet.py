@@ -318,7 +318,7 @@ def _drive(model: ConeModel, threads: int | None) -> dict[str, object]:
 
     return dataset.columns((), {
         "drive_stroke": of("stroke", "stroke of the drive, peak to peak", "length"),
-        "peak_current": of("current", "largest current of the drive", "current"),
+        "peak_current": of("current", "largest current of the source", "current"),
         "apparent_power": of("apparent_power", MEANINGS["apparent_power"][0], "apparent power"),
         "mean_power": of("power", "mean power that the drive supplies", "power"),
     })  # fmt: skip

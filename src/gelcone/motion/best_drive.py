@@ -101,7 +101,7 @@ def drive(
     largest : the quantity to maximise: ``"stroke"`` (default), ``"work"`` in a drive period, ``"speed"`` (root mean
         square) or ``"power"`` (mean); work and power are those on the damper or a load.
     lowest_frequency, highest_frequency : ends of the range of drive frequencies, both or neither (a range is
-        searched faster than the default, which takes from one to several minutes). Default a tenth of the natural
+        searched faster than the default, which takes a minute or two of a processor). Default a tenth of the natural
         frequency and three times that.
     margin : share of the lowest limit by which the voltage stays below it. Half of it is left if the frequency is off
         by one per cent. Default 0.2.

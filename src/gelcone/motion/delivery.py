@@ -6,6 +6,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from gelcone.dataset import Variable, absent
 from gelcone.motion.corners import Weighted, between_corners, root_mean_squares, sampled_evenly
@@ -37,11 +38,9 @@ def delivered(members: Members, times: Array, states: Array, lost: Array) -> dic
     half = halfway(times)
     late = lost[:, -1] > lost[:, half]
     ran, whole = ~np.isnan(states[..., 0]), np.isfinite(states[:, -1, 0])
-    variables, halves = dict[str, Variable](), _between_corners(members, times, states, half)
+    variables, blocks = dict[str, Variable](), _between_corners(members, times, states, half)
     apparent, sources = np.zeros(len(times)), len(members.system.lines)
     sampled = sampled_evenly(times[:, 1:], states[:, 1:], states[:, 0], times[:, 0], times[:, -1])
-    with np.errstate(all="ignore"):
-        closer = root_mean_squares(members, halves[1]) if halves else []
     for index, line in enumerate(members.system.lines):
         source = "the source" if sources == 1 else f"the {'second' if line.prefix else 'first'} film's source"
         sizes = partial(_sizes, line)
@@ -49,10 +48,13 @@ def delivered(members: Members, times: Array, states: Array, lost: Array) -> dic
             signals = np.where(ran, _of_source(line, members, times, states), np.nan)
             highest, rms = np.fmax.reduce(np.abs(signals[1:]), axis=-1), _root_mean_squares(times, signals[[0, 2]])
             between = largest(members, sampled, sizes, np.abs(signals[1:]))
-            for peaks in (between, *(largest(members, path, sizes) for path in halves)):
-                highest = np.where(whole, np.maximum(highest, peaks), highest)
-            if halves:
-                rms = np.where(whole, closer[index], rms)
+            highest = np.where(whole, np.maximum(highest, between), highest)
+            for rows, halves in blocks:
+                block, to_the_end = members.take(rows), whole[rows]
+                for path in halves:
+                    peaks = np.maximum(highest[:, rows], largest(block, path, sizes))
+                    highest[:, rows] = np.where(to_the_end, peaks, highest[:, rows])
+                rms[:, rows] = np.where(to_the_end, root_mean_squares(block, halves[1])[index], rms[:, rows])
         charge, current, rate = highest
         if line.circuit.jumps and line.drive != "constant":
             current, rate = (np.where(jumped, np.inf, peak) for peak in (current, rate))
@@ -81,18 +83,28 @@ def halfway(times: Array) -> int:
 
 
 MOST_CORNERS = 4000
-"""Most corners of all members between which runs are integrated again."""
+"""Most corners of a member between which its run is integrated again, and of the members at a time."""
 
 
-def _between_corners(members: Members, times: Array, states: Array, half: int) -> list[Weighted]:
-    """Both halves of runs between the corners of their voltage; empty without corners, and with too many."""
+def _between_corners(
+    members: Members, times: Array, states: Array, half: int
+) -> list[tuple[npt.NDArray[np.intp], list[Weighted]]]:
+    """Blocks of the members with corners of their voltage, but not too many, and both halves of their runs between
+    these. Which members are among them does not depend on the others."""
     waveform, ends = members.system.waveform, ((0, half), (half, -1))
-    if (
-        not waveform.pieced
-        or waveform.corner_count(times[:, 0], times[:, -1], members.own_numbers).sum() > MOST_CORNERS
-    ):
+    if not waveform.pieced:
         return []
-    return [between_corners(members, states[:, a], times[:, a], times[:, b] - times[:, a]) for a, b in ends]
+    corners = waveform.corner_count(times[:, 0], times[:, -1], members.own_numbers)
+    few = np.flatnonzero(corners <= MOST_CORNERS)
+    size = max(1, int(MOST_CORNERS / corners[few].max(initial=1.0)))
+    blocks = []
+    for first in range(0, few.size, size):
+        rows = few[first : first + size]
+        begins = [
+            (members.take(rows), states[rows, a], times[rows, a], times[rows, b] - times[rows, a]) for a, b in ends
+        ]
+        blocks.append((rows, [between_corners(*begin) for begin in begins]))
+    return blocks
 
 
 def _of_source(line: Line, members: Members, times: Array, states: Array) -> Array:

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from gelcone.bracket import RESOLVED
-from gelcone.codes import FilmPullIn, Outcome
+from gelcone.codes import FilmPullIn
 from gelcone.errors import InputError
 from gelcone.membrane import force as formulas
 from gelcone.membrane.force import NEVER
@@ -58,7 +58,6 @@ class MembraneFilm(BranchedFilm):
     """
 
     name = "membrane"
-    ending = Outcome.STRETCH_LIMIT
     kinds = KINDS
     traced_charge = True
     fitted_charge = True
